@@ -1,9 +1,9 @@
-//! Gives the library the version of its sources, so that results say which code made them, on any machine.
+//! Computes the version of the sources, so that results identify the code that produced them.
 
 use std::path::{Path, PathBuf};
 
-/// What a diagnosis depends on, from this crate's folder.
-const SOURCES: [&str; 5] = [
+/// Sources of a diagnosis, relative to this crate.
+const DIAGNOSIS_SOURCES: [&str; 5] = [
     "../Cargo.lock",
     "../env/model/src",
     "../env/record/src",
@@ -11,22 +11,29 @@ const SOURCES: [&str; 5] = [
     "../adaptive/diagnose/src",
 ];
 
-/// What other results depend on as well.
-const OTHERS: [&str; 4] = ["../env/sim/src", "../adaptive/control/src", "../adaptive/posterior/src", "src"];
+/// Further sources of other results.
+const OTHER_SOURCES: [&str; 6] = [
+    "../env/sim/src",
+    "../adaptive/control/src",
+    "../adaptive/posterior/src",
+    "../adaptive/estimate/src",
+    "../adaptive/paper/src",
+    "src",
+];
 
-/// Begins what no result depends on: tests, at the end of a file.
-const TESTS: &str = "mod tests {";
+/// First line of the tests at the end of a file, which do not affect results.
+const TEST_MODULE: &str = "mod tests {";
 
 fn main() -> std::io::Result<()> {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
-    add(&mut hash, &SOURCES)?;
+    add(&mut hash, &DIAGNOSIS_SOURCES)?;
     println!("cargo::rustc-env=TRUNDLE_DIAGNOSIS_SOURCES={:016x}", hash.0);
-    add(&mut hash, &OTHERS)?;
+    add(&mut hash, &OTHER_SOURCES)?;
     println!("cargo::rustc-env=TRUNDLE_ALL_SOURCES={:016x}", hash.0);
     Ok(())
 }
 
-/// Add the code below some folders.
+/// Adds the code below some folders.
 fn add(hash: &mut Fnv, sources: &[&str]) -> std::io::Result<()> {
     for source in sources {
         println!("cargo::rerun-if-changed={source}");
@@ -34,7 +41,7 @@ fn add(hash: &mut Fnv, sources: &[&str]) -> std::io::Result<()> {
             hash.add(&file.to_string_lossy());
             std::fs::read_to_string(&file)?
                 .lines()
-                .take_while(|line| *line != TESTS)
+                .take_while(|line| *line != TEST_MODULE)
                 .filter(|line| !is_comment(line))
                 .for_each(|line| hash.add(line));
         }
@@ -42,12 +49,12 @@ fn add(hash: &mut Fnv, sources: &[&str]) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Comments change no result.
+/// Whether a line is a comment, which does not affect results.
 fn is_comment(line: &str) -> bool {
     line.trim_start().starts_with("//")
 }
 
-/// A file, or all files below a folder, in order; none where a package has left the others' sources out.
+/// A file, or all files below a folder, sorted. A package without the other crates' sources has none.
 fn files(path: &Path) -> std::io::Result<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(if path.exists() { vec![path.to_owned()] } else { vec![] });

@@ -59,7 +59,7 @@ fn table<const N: usize>(
     PyArray1::from_vec(py, rows.flatten().collect()).reshape([count, N])
 }
 
-/// A regression that has learnt.
+/// A fitted regression.
 #[pyclass(frozen, name = "_Regression", module = "trundle._native")]
 pub(crate) struct Regression(Kind);
 
@@ -92,7 +92,7 @@ impl Regression {
         predicted(py, self.predictor(), &before, &wrench, &dt)
     }
 
-    /// The kernel's width for each feature, in its unit; `None` for a linear regression.
+    /// Width of the kernel for each feature, in its unit; `None` for a linear regression.
     #[getter]
     fn widths(&self) -> Option<Vec<f64>> {
         match &self.0 {
@@ -111,7 +111,7 @@ impl Regression {
     }
 }
 
-/// What was learnt in the place of laws, for the planner.
+/// A regression in place of the laws, for the planner.
 impl Dynamics for Regression {
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], _: Clock, dt: f64) {
         let ([x, y, theta], [vx, vy, spin]) = (state.pose, state.twist);
@@ -161,7 +161,7 @@ impl From<Settings> for Pushes {
     }
 }
 
-/// Pushes of a model; see `trundle.baselines.Transitions.simulated`.
+/// Simulated pushes of a model; see `trundle.baselines.Transitions.simulated`.
 #[pyfunction]
 fn _transitions<'py>(
     py: Python<'py>,
@@ -173,7 +173,7 @@ fn _transitions<'py>(
     arrays(py, &run(py, || transitions(&model.model, n, seed, &settings.into()))?)
 }
 
-/// A recording as transitions; see `trundle.baselines.Transitions.recorded`.
+/// Transitions of a recording; see `trundle.baselines.Transitions.recorded`.
 #[pyfunction]
 fn _cut<'py>(recording: &Bound<'py, PyAny>, dt: f64, held_out: bool) -> PyResult<Arrays<'py>> {
     if !(dt.is_finite() && dt > 0.0) {
@@ -189,7 +189,7 @@ fn _cut<'py>(recording: &Bound<'py, PyAny>, dt: f64, held_out: bool) -> PyResult
     arrays(py, &data)
 }
 
-/// States after with noise; see `trundle.baselines.Transitions.with_noise`.
+/// Noisy states after the pushes; see `trundle.baselines.Transitions.with_noise`.
 #[pyfunction]
 fn _noisy(py: Python<'_>, data: Columns, sd: StateVector, seed: u64) -> PyResult<Table<'_>> {
     if let Some(bad) = sd.iter().find(|sd| !(sd.is_finite() && **sd >= 0.0)) {
@@ -213,7 +213,7 @@ fn _noise_sd(sigma: f64, reading: &str, data: Columns) -> PyResult<Vec<f64>> {
     Ok(reading.sd(sigma, &rows(data)).to_vec())
 }
 
-/// Next states of a model whose values are all given; see `trundle.baselines.PhysicalModel`.
+/// Next states of a model with all values given; see `trundle.baselines.PhysicalModel`.
 #[pyfunction]
 fn _hold<'py>(
     py: Python<'py>,

@@ -11,7 +11,7 @@ use trundle_model::{Prior, Slot, catalogue};
 
 use crate::diagnose::PyOutcome;
 use crate::error::TrundleError;
-use crate::infer::inputs;
+use crate::inputs::dataset;
 use crate::simulator::Simulator;
 use crate::watch::watched;
 
@@ -101,7 +101,7 @@ fn _diagnose_foreign(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyOutcome> {
     let py = recording.py();
-    let (data, _) = inputs(recording, None)?;
+    let data = dataset(recording)?;
     let callable = PyBlackBox {
         simulator: Simulator::new(step),
         names: parameters.iter().map(|p| p.name.clone()).collect(),

@@ -20,7 +20,7 @@ pub(crate) fn to_dict<'py>(py: Python<'py>, episode: &Episode) -> PyResult<Bound
     Ok(dict)
 }
 
-/// Read-only, because every caller is given the same array.
+/// A read-only array, because all callers share it.
 fn array<'py>(py: Python<'py>, cells: &[f64]) -> PyResult<Bound<'py, PyAny>> {
     let array = PyArray1::from_slice(py, cells).into_any();
     array.call_method("setflags", (), Some(&[("write", false)].into_py_dict(py)?))?;
@@ -54,11 +54,11 @@ fn numbers(cells: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(array.as_array().to_vec())
 }
 
-/// As text, empty where the cell is `None` or NaN.
+/// Cells as text; empty for `None` and NaN.
 fn texts(cells: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     let text = |cell: PyResult<Bound<'_, PyAny>>| {
         let cell = cell?;
-        // NaN alone differs from itself.
+        // Only NaN differs from itself.
         Ok(if cell.is_none() || cell.ne(&cell)? { String::new() } else { cell.str()?.extract()? })
     };
     cells.try_iter()?.map(text).collect()

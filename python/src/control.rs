@@ -17,9 +17,9 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyPlanner>()
 }
 
-/// Plans pushes by model predictive path integral control (MPPI) over a model's motion.
+/// Planner of pushes by model predictive path integral control (MPPI).
 ///
-/// Each plan starts from the one before. The same seed and calls give the same plans, on any number of
+/// Each call starts from the previous plan. The same seed and the same calls give the same plans on any number of
 /// threads.
 ///
 /// Parameters
@@ -29,23 +29,23 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// seed : int
 ///     Seed of the samples.
 /// horizon : int
-///     Actions in a plan, 20 by default.
+///     Number of actions in a plan, 20 by default.
 /// hold : float
-///     Time for which each action is held, 0.1 s by default.
+///     Duration of each action, 0.1 s by default.
 /// samples, iterations : int
-///     Plans rolled out in each iteration, 256, and iterations of each call, 6 by default.
+///     Number of plans per iteration, 256 by default, and of iterations per call, 6 by default.
 /// spread, smoothness, temperature : float
-///     Of the samples: standard deviation of the first iteration as a share of half the range of the bounds
-///     (0.6), correlation of successive actions (0.9), and how far costs above the least count, as a share of
-///     their standard deviation (0.02).
+///     Properties of the samples: standard deviation in the first iteration as a share of half the range of the
+///     bounds (0.6), correlation of successive actions (0.9), and temperature of the weights as a share of the
+///     standard deviation of the costs (0.02).
 /// curiosity : float
-///     Seconds that a plan is credited for each metre by which the models' ends differ (0).
+///     Reward for informative plans, s for each metre by which the final states of the models differ (0).
 /// cost : dict
-///     Weights: `heading` (m for each rad, 0.3), `effort` (m for half the range of an action along an axis), `speed_limit`
-///     (m/s), `spin_limit` (rad/s), `excess` (m for exceeding a limit by all of it), `arrival` (s for which the
-///     error at the end is charged), `pace` (rad/s at which a turn that is left is undone), `anchor` (s for which it is
-///     charged that what dry friction holds is off), `momentum` (m for each m/s there), `margin` (room that should
-///     be left to obstacles, m) and `collision` (m for touching one).
+///     Weights: `heading` (m per rad, 0.3), `effort` (m for half the range of an action along an axis), `speed_limit`
+///     (m/s), `spin_limit` (rad/s), `excess` (m for exceeding a limit by 100 %), `arrival` (s, weight of the final
+///     error), `pace` (rad/s, rate at which a remaining rotation can be corrected), `anchor` (s, weight of the error of
+///     a point that dry friction holds), `momentum` (m per m/s at that point), `margin` (clearance to obstacles, m) and
+///     `collision` (m for touching an obstacle).
 ///
 /// Raises
 /// ------
@@ -54,13 +54,13 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyclass(name = "Planner", module = "trundle")]
 struct PyPlanner {
     planner: Planner,
-    /// The room of the last call, and what it was made of.
-    room: Option<(Surroundings, Arc<ObstacleMap>)>,
+    /// The obstacle map of the last call, and its inputs.
+    map: Option<(MapInputs, Arc<ObstacleMap>)>,
 }
 
-/// What a room is made of.
+/// Inputs of an obstacle map.
 #[derive(PartialEq)]
-struct Surroundings {
+struct MapInputs {
     obstacles: Vec<Vec<[f64; 2]>>,
     goal: [f64; 3],
     fixtures: Vec<Fixture>,
@@ -82,27 +82,27 @@ impl PyPlanner {
         let settings: Settings = toml_dict::from_dict(&all, "planner")?
             .try_into()
             .map_err(|error: toml::de::Error| refused(format!("planner: {}", error.message())))?;
-        Ok(Self { planner: Planner::new(settings, seed).map_err(refused)?, room: None })
+        Ok(Self { planner: Planner::new(settings, seed).map_err(refused)?, map: None })
     }
 
-    /// Improve the plan for where the object is now.
+    /// Improve the plan for the current state of the object.
     ///
     /// Parameters
     /// ----------
     /// model : Model or sequence of Model
-    ///     With all values given; of several, a plan costs what it does on average.
+    ///     Models with all values given. The cost of a plan is its mean over several models.
     /// pose, twist : sequence of 3 floats
     ///     Motion of the object frame, world axes, [m, m, rad] and [m/s, m/s, rad/s].
     /// goal : sequence of 3 floats
-    ///     Pose at which it should be, [m, m, rad].
+    ///     Target pose, [m, m, rad].
     /// grasp : sequence of 2 floats
-    ///     Where it is held, object frame, m.
+    ///     Grasp point, object frame, m.
     /// obstacles : sequence of polygons
     ///     Fixed and simple, corners in order, world, m.
     /// inner : sequence of float
-    ///     The laws' own states, as `Laws.starts`; where they start by default.
+    ///     Inner states of the laws, as `Laws.starts`; their initial values by default.
     /// learnt : regression, optional
-    ///     Moves the object in the place of the model's laws; then the model says the outline alone.
+    ///     Regression that predicts the motion. The model then only gives the outline.
     ///
     /// Returns
     /// -------
@@ -114,7 +114,7 @@ impl PyPlanner {
     /// TrundleError
     ///     If a number is not finite, or a value of a model is free.
     #[pyo3(signature = (model, pose, twist, goal, grasp, obstacles = vec![], *, inner = vec![], learnt = None))]
-    #[expect(clippy::too_many_arguments, reason = "what a task is made of")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
     fn plan<'py>(
         &mut self,
         py: Python<'py>,
@@ -128,34 +128,34 @@ impl PyPlanner {
         learnt: Option<PyRef<'py, Regression>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let task = PlanningTask { state: model.state(pose, twist, &inner)?, goal, grasp };
-        let room = self.furnish(py, &model.body()?, obstacles, &task)?;
+        let map = self.obstacle_map(py, &model.body()?, obstacles, &task)?;
         let planner = &mut self.planner;
         let flat = |plan: &[[f64; 3]]| plan.iter().flatten().copied().collect::<Vec<f64>>();
         let actions = if let Some(learnt) = learnt {
             let learnt: &Regression = &learnt;
-            run(py, || planner.plan(&[learnt], &task, &room).map(flat))?
+            run(py, || planner.plan(&[learnt], &task, &map).map(flat))?
         } else {
             let plants = model.plants()?;
-            run(py, || planner.plan(&plants, &task, &room).map(flat))?
+            run(py, || planner.plan(&plants, &task, &map).map(flat))?
         };
         PyArray1::from_vec(py, actions).reshape([self.planner.settings().horizon, 3])
     }
 
-    /// What it would be worth to know which of several models is true, in metre-seconds.
+    /// Value of knowing which of several models is true, in metre-seconds.
     ///
     /// Parameters
     /// ----------
     /// models : sequence of Model
-    ///     Equally probable.
+    ///     Equally probable models.
     /// pose, twist, goal, grasp, obstacles, inner
     ///     As for `plan`.
     ///
     /// Returns
     /// -------
     /// float
-    ///     What the best plan for all of them costs on average more than each one's own.
+    ///     Mean cost of the best common plan minus the mean cost of the best plan for each model.
     #[pyo3(signature = (models, pose, twist, goal, grasp, obstacles = vec![], *, inner = vec![]))]
-    #[expect(clippy::too_many_arguments, reason = "what a task is made of")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
     fn regret<'py>(
         &mut self,
         py: Python<'py>,
@@ -168,16 +168,16 @@ impl PyPlanner {
         inner: Vec<f64>,
     ) -> PyResult<f64> {
         let task = PlanningTask { state: models.state(pose, twist, &inner)?, goal, grasp };
-        let (plants, room) = (models.plants()?, self.furnish(py, &models.body()?, obstacles, &task)?);
-        run(py, || self.planner.regret(&plants, &task, &room))
+        let (plants, map) = (models.plants()?, self.obstacle_map(py, &models.body()?, obstacles, &task)?);
+        run(py, || self.planner.regret(&plants, &task, &map))
     }
 
-    /// Credit plans, from now on, with so many seconds for each metre by which the models' ends differ.
+    /// Set the reward for informative plans, s for each metre by which the final states of the models differ.
     fn be_curious(&mut self, curiosity: f64) -> PyResult<()> {
         self.planner.set_curiosity(curiosity).map_err(refused)
     }
 
-    /// What the best plan found from each grasp costs, in metre-seconds: where to hold the object.
+    /// Cost of the best plan from each grasp, in metre-seconds, for the choice of a grasp.
     ///
     /// Parameters
     /// ----------
@@ -189,9 +189,9 @@ impl PyPlanner {
     /// Returns
     /// -------
     /// ndarray, shape (len(grasps),)
-    ///     Infinite where no plan keeps the motion finite.
+    ///     Costs; infinite if no plan keeps the motion finite.
     #[pyo3(signature = (model, pose, twist, goal, grasps, obstacles = vec![], *, inner = vec![]))]
-    #[expect(clippy::too_many_arguments, reason = "what a task is made of")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
     fn compare<'py>(
         &mut self,
         py: Python<'py>,
@@ -204,23 +204,23 @@ impl PyPlanner {
         inner: Vec<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let task = PlanningTask { state: model.state(pose, twist, &inner)?, goal, grasp: [0.0; 2] };
-        let (plants, room) = (model.plants()?, self.furnish(py, &model.body()?, obstacles, &task)?);
-        let costs = run(py, || self.planner.compare(&plants, &task, &room, &grasps))?;
+        let (plants, map) = (model.plants()?, self.obstacle_map(py, &model.body()?, obstacles, &task)?);
+        let costs = run(py, || self.planner.compare(&plants, &task, &map, &grasps))?;
         Ok(PyArray1::from_vec(py, costs))
     }
 
-    /// Move the plan on by so many seconds; its last action is held beyond its end.
+    /// Advance the plan by some seconds. Its last action continues after its end.
     fn advance(&mut self, seconds: f64) -> PyResult<()> {
         self.planner.advance(seconds).map_err(refused)
     }
 
-    /// Forget the plan, and start the draws again.
+    /// Discard the plan and restart the random numbers.
     fn restart(&mut self) {
         self.planner.restart();
-        self.room = None;
+        self.map = None;
     }
 
-    /// Time for which each action is held, s.
+    /// Duration of each action, s.
     #[getter]
     fn hold(&self) -> f64 {
         self.planner.settings().hold
@@ -228,26 +228,26 @@ impl PyPlanner {
 }
 
 impl PyPlanner {
-    /// The room of a task; the ways in it are found anew only where goal, obstacles or object are others.
-    fn furnish(
+    /// The obstacle map of a task. It is computed again only if goal, obstacles or object change.
+    fn obstacle_map(
         &mut self,
         py: Python<'_>,
         body: &Body,
         obstacles: Vec<Vec<[f64; 2]>>,
         task: &PlanningTask,
     ) -> PyResult<Arc<ObstacleMap>> {
-        let made_of = Surroundings { obstacles, goal: task.goal, fixtures: body.fixtures.clone() };
-        if let Some((_, room)) = self.room.as_ref().filter(|(known, _)| *known == made_of) {
-            return Ok(room.clone());
+        let inputs = MapInputs { obstacles, goal: task.goal, fixtures: body.fixtures.clone() };
+        if let Some((_, map)) = self.map.as_ref().filter(|(known, _)| *known == inputs) {
+            return Ok(map.clone());
         }
         let (ends, turning) = ([task.goal, task.state.pose], self.planner.settings().cost.heading);
-        let room = Arc::new(run(py, || ObstacleMap::new(body, &made_of.obstacles, ends, turning))?);
-        self.room = Some((made_of, room.clone()));
-        Ok(room)
+        let map = Arc::new(run(py, || ObstacleMap::new(body, &inputs.obstacles, ends, turning))?);
+        self.map = Some((inputs, map.clone()));
+        Ok(map)
     }
 }
 
-const NONE: &str = "models: give one at least";
+const NONE: &str = "models: give at least one";
 
 /// One model or several.
 #[derive(FromPyObject)]
@@ -268,14 +268,13 @@ impl Models<'_> {
         self.all().into_iter().map(|model| model.model.resolved().map_err(refused)).collect()
     }
 
-    /// Where the object is; the first model says where its laws' own states start, all are of the same laws.
+    /// State of the object. All models have the same laws, so the first one determines the initial inner states.
     fn state(&self, pose: [f64; 3], twist: [f64; 3], inner: &[f64]) -> PyResult<State<f64>> {
         let Some(first) = self.all().into_iter().next() else { return Err(refused(NONE)) };
-        let starts = crate::laws::starts(&first.model);
-        Ok(State::moving(pose, twist).with_inner(crate::laws::own(&starts, inner)?))
+        Ok(State::moving(pose, twist).with_inner(first.model.inner_with(inner).map_err(refused)?))
     }
 
-    /// Of the first; all are of one object.
+    /// Body of the first model. All models have the same body.
     fn body(&self) -> PyResult<Body> {
         let first = self.all().into_iter().next().map(|model| model.model.body.clone());
         first.ok_or_else(|| refused(NONE))

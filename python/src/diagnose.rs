@@ -22,7 +22,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_diagnose, module)?)
 }
 
-/// Offset, slope and largest logit from which probabilities are made.
+/// Offset, slope and largest logit of the calibration of probabilities.
 #[pyfunction]
 fn _platt() -> [f64; 3] {
     trundle_diagnose::platt()

@@ -1,4 +1,4 @@
-//! The Python exception for unusable input, and the gate through which all work runs.
+//! Python exceptions, and execution of work on the thread pool.
 
 use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -13,14 +13,14 @@ create_exception!(
     trundle,
     TrundleError,
     PyValueError,
-    "A recording, model or argument that cannot be used; the message says where, why, and what to do."
+    "An invalid recording, model or argument. The message contains the place, the reason and the remedy."
 );
 
 create_exception!(
     trundle,
     NotFiniteError,
     TrundleError,
-    "A motion that leaves the range of numbers; the message names the parameter to look at first."
+    "A motion that is not finite. The message names the likely cause."
 );
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -33,7 +33,7 @@ pub(crate) fn refused(error: impl Display) -> PyErr {
     TrundleError::new_err(error.to_string())
 }
 
-/// The same; a motion that is not finite becomes `NotFiniteError`.
+/// Like [`refused`]; a motion that is not finite becomes `NotFiniteError`.
 pub(crate) fn simulated(error: SimError) -> PyErr {
     match &error {
         SimError::Model(ModelError::NotFinite(_)) => NotFiniteError::new_err(error.to_string()),
@@ -41,11 +41,11 @@ pub(crate) fn simulated(error: SimError) -> PyErr {
     }
 }
 
-/// Runs `work` on the thread pool of this process with the interpreter released. Its error becomes `TrundleError`; a
-/// panic, which would be a fault of ours, becomes `RuntimeError`.
+/// Runs `work` on the thread pool of this process with the interpreter released. An error becomes `TrundleError`; a
+/// panic, which is a bug in trundle, becomes `RuntimeError`.
 ///
-/// Everything that may use threads passes through here: a forked child has none of the threads of rayon's global
-/// pool, and would wait for them for ever.
+/// All work that may use threads runs here. A forked child has no threads of rayon's global pool and would wait for
+/// them forever.
 pub(crate) fn run<T: Send, E: Display + Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, E> + Send,
@@ -54,7 +54,7 @@ pub(crate) fn run<T: Send, E: Display + Send>(
     run_here(py, move || pool.install(work))
 }
 
-/// The same on the calling thread, for work of microseconds that uses no threads but those of `thread_pool`.
+/// Like [`run`], on the calling thread, for short work that uses only threads of `thread_pool`.
 pub(crate) fn run_here<T: Send, E: Display + Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, E> + Send,

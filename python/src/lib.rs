@@ -1,4 +1,5 @@
-//! The PyO3 border: conversions only, one file per topic.
+//! Python bindings: conversions only, one file per topic.
+
 use pyo3::prelude::*;
 
 mod actions;
@@ -11,10 +12,9 @@ mod diagnose;
 mod error;
 mod identify;
 mod infer;
+mod inputs;
 mod inspect;
-mod lack_of_fit;
 mod laws;
-mod likelihood;
 mod model;
 mod online;
 mod paper;
@@ -22,10 +22,10 @@ mod plain;
 mod posterior;
 mod push;
 mod record;
-mod seen;
 mod sim;
 mod simulator;
 mod toml_dict;
+mod view;
 mod watch;
 
 /// The compiled half of the `trundle` package.

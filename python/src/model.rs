@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -10,20 +10,21 @@ use pyo3::types::PyDict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::{
-    Clock, EffectTarget, InnerState, MAX_INNER_STATES, Model, NotFinite, Param, Plant, Posterior, Prior,
-    Slot, Spec, State, catalogue,
+    EffectTarget, InnerState, Model, NotFinite, Param, Posterior, Prior, Slot, Spec, State, catalogue,
+    rollout,
 };
+use trundle_posterior::Draws;
 
-use crate::error::{NotFiniteError, TrundleError, refused, run_here};
+use crate::error::{NotFiniteError, refused, run_here};
+use crate::inputs::in_file;
 
-/// A row for each sample.
+/// One row per sample.
 type Table<'py> = Bound<'py, PyArray2<f64>>;
-
-/// Longest step of a rollout, s: between samples the wrench is interpolated.
-const LONGEST_STEP: f64 = 2e-3;
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyModel>()?;
+    module.add_function(wrap_pyfunction!(_draw, module)?)?;
+    module.add_function(wrap_pyfunction!(_ranges, module)?)?;
     module.add_function(wrap_pyfunction!(effects, module)?)
 }
 
@@ -46,8 +47,8 @@ impl PyModel {
     /// Read a `model.toml`.
     #[staticmethod]
     fn read(path: PathBuf) -> PyResult<Self> {
-        let text = fs::read_to_string(&path).map_err(|error| at(&path, error))?;
-        let (model, posterior) = Model::from_toml(&text).map_err(|error| at(&path, error))?;
+        let text = fs::read_to_string(&path).map_err(|error| in_file(&path, error))?;
+        let (model, posterior) = Model::from_toml(&text).map_err(|error| in_file(&path, error))?;
         Ok(Self { model, posterior })
     }
 
@@ -56,32 +57,31 @@ impl PyModel {
         self.model.to_toml(self.posterior.as_ref()).map_err(refused)
     }
 
-    /// Write a `model.toml`; it appears whole or not at all.
+    /// Write a `model.toml` atomically.
     fn write(&self, path: PathBuf) -> PyResult<()> {
         let text = self.to_toml()?;
         let mut partial = path.clone().into_os_string();
         partial.push(format!(".partial-{}", std::process::id()));
         let written = fs::write(&partial, text).and_then(|()| fs::rename(&partial, &path));
         written.map_err(|error| {
-            // What is left over is of no use to anyone; the first error is the one to tell.
+            // Remove the partial file, and report the first error.
             let _ = fs::remove_file(&partial);
-            at(&path, error)
+            in_file(&path, error)
         })
     }
 
-    /// Every scalar parameter: a list of dicts with `name`, `unit`, `lower`, `upper`, and `value`,
-    /// which is None where the parameter is free.
+    /// All scalar parameters: dicts with `name`, `unit`, `lower`, `upper` and `value` (None for a free parameter).
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         self.model.slots().iter().map(|slot| slot_dict(py, slot)).collect()
     }
 
-    /// The same model with what its posterior holds set free, to be fitted again.
+    /// The same model with the parameters of its posterior set free, for another fit.
     ///
     /// Returns
     /// -------
     /// Model
-    ///     Without a posterior; the same laws. A model without a posterior comes back as it is.
+    ///     Model with the same laws and without a posterior. A model without a posterior is returned unchanged.
     fn freed(&self) -> Self {
         let names = self.posterior.as_ref().map_or(&[][..], |posterior| &posterior.names);
         Self { model: self.model.with_free(names), posterior: None }
@@ -97,20 +97,20 @@ impl PyModel {
     /// Returns
     /// -------
     /// Model
-    ///     The parameters vary together, as their covariance says, within their bounds; what the posterior leaves
-    ///     out keeps its value.
+    ///     The parameters vary according to their covariance, within their bounds. Parameters without a posterior
+    ///     keep their values.
     ///
     /// Raises
     /// ------
     /// TrundleError
-    ///     If a value is free.
+    ///     If a parameter has no value.
     fn drawn(&self, seed: u64) -> PyResult<Self> {
-        let mut values = crate::laws::values(&self.model, &BTreeMap::new())?;
-        if let Some(draws) = crate::laws::draws(self)? {
+        let mut values = self.model.values_with(&BTreeMap::new()).map_err(refused)?;
+        if let Some(draws) = self.draws()? {
             for (name, value) in draws.draw(&mut ChaCha8Rng::seed_from_u64(seed)) {
                 let slots = self.model.slots();
-                let places = slots.iter().zip(&mut values).filter(|(slot, _)| slot.name == name);
-                places.for_each(|(_, place)| *place = value);
+                let named = slots.iter().zip(&mut values).filter(|(slot, _)| slot.name == name);
+                named.for_each(|(_, current)| *current = value);
             }
         }
         Ok(Self { model: self.model.with_values(&values).map_err(refused)?, posterior: None })
@@ -127,14 +127,14 @@ impl PyModel {
     /// t : array_like, shape (n,)
     ///     Increasing times, s.
     /// wrench : array_like, shape (n, 3)
-    ///     What truly acts, [N, N, N·m], object axes about the object origin: it turns with the
-    ///     object. Linear between samples.
+    ///     Wrench on the object, [N, N, N·m], object axes about the object origin. It is interpolated linearly
+    ///     between samples.
     /// contact : float, optional
-    ///     When contact begins, s; the first time by default. Some laws act from then on.
+    ///     Time of first contact, s; the first time by default. Some laws act from then on.
     /// inner : sequence of float, optional
-    ///     Where the laws' own states begin, in the order of the model's effects: a caster's angle in rad; of a
-    ///     swinging load, displacement in m and velocity in m/s, world axes. By default the first start that
-    ///     each law offers.
+    ///     Initial values of the laws' inner states, in the order of the model's effects: the angle of a caster in
+    ///     rad; the displacement in m and the velocity in m/s of a swinging load, world axes. By default the first
+    ///     possible start of each law.
     ///
     /// Returns
     /// -------
@@ -144,8 +144,8 @@ impl PyModel {
     /// Raises
     /// ------
     /// TrundleError
-    ///     If a parameter of the model is free, a shape or number is wrong, or the motion is not finite; the message
-    ///     then names the parameter to look at first.
+    ///     If a parameter of the model is free, a shape or a number is wrong, or the motion is not finite. In the
+    ///     last case, the message names the likely cause.
     #[pyo3(signature = (pose0, twist0, t, wrench, *, contact=None, inner=None))]
     #[allow(clippy::too_many_arguments)]
     fn rollout<'py>(
@@ -159,14 +159,14 @@ impl PyModel {
         inner: Option<Vec<f64>>,
     ) -> PyResult<(Table<'py>, Table<'py>)> {
         let plant = self.model.resolved().map_err(refused)?;
-        let inner = starts(&self.model, inner)?;
+        let inner = self.model.inner_with(&inner.unwrap_or_default()).map_err(refused)?;
         let (t, wrench) = samples(t, wrench)?;
         let contact = contact.unwrap_or(t[0]);
         if !pose0.iter().chain(&twist0).chain([&contact]).all(|value| value.is_finite()) {
             return Err(refused("pose0, twist0 and contact must be finite"));
         }
         let start = State::moving(pose0, twist0).with_inner(inner);
-        let motion = run_here(py, || Ok::<_, String>(roll(&plant, start, &t, &wrench, contact)))?;
+        let motion = run_here(py, || Ok::<_, String>(rollout(&plant, start, &t, &wrench, contact)))?;
         if let Some(k) = motion.iter().position(|state| !state.is_finite()) {
             return Err(NotFiniteError::new_err(NotFinite::of(&self.model, t[k] - t[0]).to_string()));
         }
@@ -184,35 +184,53 @@ impl PyModel {
     }
 }
 
-/// Every effect there is, in the catalogue's order.
+impl PyModel {
+    /// Draws of the posterior; `None` without a posterior.
+    fn draws(&self) -> PyResult<Option<Draws>> {
+        let draws = self.posterior.as_ref().map(|posterior| Draws::new(&self.model, posterior));
+        draws.transpose().map_err(refused)
+    }
+}
+
+/// A value for every parameter of a model, drawn from its posterior if it has one.
+#[pyfunction]
+fn _draw<'py>(py: Python<'py>, model: &PyModel, seed: u64) -> PyResult<Bound<'py, PyDict>> {
+    let drawn = PyDict::new(py);
+    let values = model.model.values_with(&BTreeMap::new()).map_err(refused)?;
+    for (slot, value) in model.model.slots().iter().zip(values) {
+        drawn.set_item(&slot.name, value)?;
+    }
+    if let Some(draws) = model.draws()? {
+        for (name, value) in draws.draw(&mut ChaCha8Rng::seed_from_u64(seed)) {
+            drawn.set_item(name, value)?;
+        }
+    }
+    Ok(drawn)
+}
+
+/// Name, unit, mean and 95 % interval of a parameter.
+type RangeRow = (String, &'static str, f64, [f64; 2]);
+
+/// Ranges of the parameters in a model's posterior.
+#[pyfunction]
+fn _ranges(model: &PyModel) -> PyResult<Vec<RangeRow>> {
+    let ranges = model.draws()?.map_or(vec![], |draws| draws.ranges());
+    Ok(ranges.into_iter().map(|r| (r.name, r.unit, r.mean, r.interval)).collect())
+}
+
+/// All effects, in the order of the catalogue.
 ///
 /// Returns
 /// -------
 /// list of dict
 ///     `kind` (name in `model.toml`), `effect` (name in a diagnosis), `summary`, `sentence`, `source`,
-///     `acting` ("object" or "instrument"), `dissipative`, `states` (dicts with `name`, `unit` and `starts`: the
-///     effect's own states, and where they may begin), and `parameters`: dicts with `name`,
-///     `unit`, `lower`, `upper`, `neutral` (value at which the effect vanishes, or None), `default`
-///     (value if left out of a file; None: free), `prior`, `on_rail` and `help`.
+///     `acting` ("object" or "instrument"), `dissipative`, `states` (inner states: dicts with `name`, `unit` and
+///     possible `starts`), and `parameters`: dicts with `name`, `unit`, `lower`, `upper`, `neutral` (value at which
+///     the effect vanishes, or None), `default` (value if a file omits it; None for a free parameter), `prior`,
+///     `on_rail` and `help`.
 #[pyfunction]
 fn effects(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     catalogue().map(|spec| spec_dict(py, spec)).collect()
-}
-
-fn at(path: &Path, error: impl std::fmt::Display) -> PyErr {
-    TrundleError::new_err(format!("{}: {error}", path.display()))
-}
-
-/// Where the laws' own states begin, checked.
-fn starts(model: &Model, given: Option<Vec<f64>>) -> PyResult<[f64; MAX_INNER_STATES]> {
-    let own = model.inner();
-    let first = || own.iter().map(|inner| inner.starts.first().copied().unwrap_or_default()).collect();
-    let values = given.unwrap_or_else(first);
-    if values.len() != own.len() || !values.iter().all(|value| value.is_finite()) {
-        let names: Vec<&str> = own.iter().map(|inner| inner.name).collect();
-        return Err(refused(format!("inner = {values:?}: must be {} finite numbers {names:?}", own.len())));
-    }
-    Ok(std::array::from_fn(|k| values.get(k).copied().unwrap_or_default()))
 }
 
 /// Times and wrenches, checked.
@@ -223,7 +241,7 @@ fn samples(t: &Bound<'_, PyAny>, wrench: &Bound<'_, PyAny>) -> PyResult<(Vec<f64
     if t.is_empty() || t.len() != wrench.len() {
         let (times, rows) = (t.len(), wrench.len());
         return Err(refused(format!(
-            "t has {times} values and wrench {rows} rows: both need one for each sample"
+            "t has {times} values and wrench {rows} rows: give one of each per sample"
         )));
     }
     for (k, (time, row)) in t.iter().zip(&wrench).enumerate() {
@@ -239,31 +257,6 @@ fn samples(t: &Bound<'_, PyAny>, wrench: &Bound<'_, PyAny>) -> PyResult<(Vec<f64
 
 fn floats<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     value.py().import("numpy")?.getattr("asarray")?.call1((value, "float64"))
-}
-
-fn roll(
-    plant: &Plant<f64>,
-    start: State<f64>,
-    t: &[f64],
-    wrench: &[[f64; 3]],
-    contact: f64,
-) -> Vec<State<f64>> {
-    let mut motion = vec![start];
-    let mut state = start;
-    for (times, ends) in t.windows(2).zip(wrench.windows(2)) {
-        let span = times[1] - times[0];
-        let steps = (span / LONGEST_STEP).ceil().max(1.0);
-        let dt = span / steps;
-        for step in 0..steps as usize {
-            let middle = (step as f64 + 0.5) / steps;
-            let mean = [0, 1, 2].map(|k| ends[0][k] + middle * (ends[1][k] - ends[0][k]));
-            let begin = times[0] + step as f64 * dt;
-            let clock = Clock { t: begin + dt / 2.0, dt, ..Clock::since_contact(begin - contact) };
-            state = plant.step(&state, mean, clock, dt);
-        }
-        motion.push(state);
-    }
-    motion
 }
 
 fn slot_dict<'py>(py: Python<'py>, slot: &Slot) -> PyResult<Bound<'py, PyDict>> {
@@ -310,7 +303,7 @@ fn state_dict<'py>(py: Python<'py>, inner: &InnerState) -> PyResult<Bound<'py, P
 
 fn param_dict<'py>(py: Python<'py>, spec: &Spec, param: &Param) -> PyResult<Bound<'py, PyDict>> {
     let neutral = spec.neutral.iter().find(|(name, _)| *name == param.name).map(|(_, value)| *value);
-    // The body's own value, which is another for each, is not a number.
+    // A property of the body is NaN in the catalogue, because it differs between bodies.
     let neutral = neutral.filter(|value| value.is_finite());
     let dict = PyDict::new(py);
     dict.set_item("name", param.name)?;

@@ -3,9 +3,9 @@
 use numpy::{PyArray1, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_diagnose::{FitCheck, check_fit};
-use trundle_infer::{Comparison, FitOptions, InferError, Stage};
-use trundle_model::PriorFile;
+use trundle_diagnose::{FitCheck, check_fit, for_recording};
+use trundle_estimate::{LackOfFitSummary, NoiseSummary};
+use trundle_infer::{Comparison, FitOptions, Stage};
 use trundle_posterior::{
     Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, calibrations,
     predictive, replicates, sample,
@@ -13,12 +13,11 @@ use trundle_posterior::{
 use trundle_record::Dataset;
 
 use crate::error::{refused, run};
-use crate::infer::inputs;
-use crate::lack_of_fit::lack_summary;
+use crate::inputs::{self, PriorText, dataset};
 use crate::plain::{parsed, plain};
-use crate::watch::{once, watched};
+use crate::watch::{once, watched_request};
 
-/// The modes are sought, then the draws made.
+/// A search for the modes, then the draws.
 const STAGES: [Stage; 2] =
     [Stage { name: "fit", end: 0.3, rounds: 3.0 }, Stage { name: "sample", end: 1.0, rounds: 1.0 }];
 const CALIBRATE: [Stage; 1] = once("calibrate");
@@ -30,41 +29,33 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_calibration_table, module)?)
 }
 
-/// Draws of a posterior, and the recording that they were made from.
+/// Draws of a posterior, with its recording.
 #[pyclass(name = "_Posterior", module = "trundle", frozen)]
 struct PyPosterior {
     inner: Posterior,
     data: Dataset,
     quasi_static: bool,
-    /// The lack-of-fit test at the mode; `None` where there is none.
+    /// Result of the lack-of-fit test at the mode; `None` without a test.
     lack: Option<FitCheck>,
-}
-
-/// What Ctrl-C ends stays an interrupt; every other refusal becomes a `TrundleError` outside of the watch.
-fn split<T>(result: Result<T, PosteriorError>) -> Result<Result<T, PosteriorError>, InferError> {
-    match result {
-        Err(error) if error.is_interrupt() => Err(InferError::Interrupted),
-        other => Ok(other),
-    }
 }
 
 fn method_of(name: &str) -> PyResult<Method> {
     let known = Method::ALL.iter().find(|(known, _)| *known == name);
     known.map(|(_, method)| *method).ok_or_else(|| {
         let names: Vec<&str> = Method::ALL.iter().map(|(name, _)| *name).collect();
-        refused(format!("method = {name:?}: there are {}", names.join(", ")))
+        refused(format!("method = {name:?}: choose one of {}", names.join(", ")))
     })
 }
 
-/// Sample the posterior of a model's free values; see `trundle.sample`.
+/// Sample the posterior of a model's free parameters; see `trundle.sample`.
 #[pyfunction]
 #[pyo3(signature = (recording, model=None, *, prior=None, method="laplace", chains=4, draws=250, warmup=150,
     starts=6, seed=0, progress=None))]
-#[allow(clippy::too_many_arguments)]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
 fn _sample(
     recording: &Bound<'_, PyAny>,
     model: Option<&str>,
-    prior: Option<(String, String)>,
+    prior: Option<PriorText>,
     method: &str,
     chains: usize,
     draws: usize,
@@ -73,31 +64,26 @@ fn _sample(
     seed: u64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyPosterior> {
-    let prior = prior.map(|(name, text)| PriorFile::from_toml(&text, &name)).transpose().map_err(refused)?;
-    let (data, model) = inputs(recording, model)?;
-    let mut model = trundle_diagnose::for_recording(&data, model.as_ref());
+    let (data, model, prior) = (dataset(recording)?, inputs::model(model)?, inputs::prior(prior)?);
+    let mut model = for_recording(&data, model.as_ref());
     let mut fit = FitOptions { starts, seed, ..FitOptions::default() };
     if let Some(prior) = prior {
         model = prior.apply(&model).map_err(refused)?;
         fit.per_episode = prior.per_episode();
     }
     let options = SampleOptions { method: method_of(method)?, chains, draws, warmup, fit };
-    let (inner, quasi_static, lack) = watched(recording.py(), progress, &STAGES, |watch| {
+    let (inner, quasi_static, lack) = watched_request(recording.py(), progress, &STAGES, |watch| {
         let comparison = Comparison::of(&data)?;
-        let found = match split(sample(&comparison, &model, &options, watch))? {
-            Ok(found) => found,
-            Err(error) => return Ok(Err(error)),
-        };
+        let found = sample(&comparison, &model, &options, watch)?;
         let shared = options.fit.per_episode.is_empty();
         let lack = if shared { check_fit(&data, &comparison, &found.fit)? } else { None };
-        Ok(Ok((found, comparison.is_quasi_static(), lack)))
-    })?
-    .map_err(refused)?;
+        Ok::<_, PosteriorError>((found, comparison.is_quasi_static(), lack))
+    })?;
     Ok(PyPosterior { inner, data, quasi_static, lack })
 }
 
 impl PyPosterior {
-    /// One number of each draw, chain after chain, as an array of shape (chain, draw).
+    /// A number of each draw as an array of shape (chain, draw).
     fn each<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,
@@ -127,14 +113,11 @@ impl PyPosterior {
             "modes": p.modes,
             "excluded_by_prior": p.prior_conflicts,
             "quasi_static": self.quasi_static,
-            "lack_of_fit": lack_summary(self.lack),
+            "lack_of_fit": self.lack.map(LackOfFitSummary::from),
             "step_sizes": p.chains.iter().map(|c| c.step_size).collect::<Vec<_>>(),
             "acceptance": p.chains.iter().map(|c| c.acceptance).collect::<Vec<_>>(),
             "warmup_evaluations": p.chains.iter().map(|c| c.warmup_evaluations).sum::<u64>(),
-            "noise": {
-                "pose": p.channels.pose, "force": p.channels.reading[0], "torque": p.channels.reading[2],
-                "stated": self.data.noise.stated,
-            },
+            "noise": NoiseSummary::new(&p.channels, &self.data),
         });
         plain(py, &summary)
     }
@@ -147,7 +130,7 @@ impl PyPosterior {
         PyArray1::from_vec(py, flat).reshape(shape)
     }
 
-    /// Of each draw, by name as ArviZ has it: arrays of shape (chain, draw).
+    /// Sampler statistics under ArviZ's names: arrays of shape (chain, draw).
     fn stats<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         dict.set_item("lp", self.each(py, |c| c.log_density.clone())?)?;
@@ -156,8 +139,8 @@ impl PyPosterior {
         Ok(dict)
     }
 
-    /// Posterior predictive poses of every episode, of `draws` draws of each chain spread evenly: for each
-    /// name whether it is held out, times (s), poses seen, and poses of shape (chain, draw, time, 3).
+    /// Posterior predictive poses of every episode, from `draws` evenly spaced draws of each chain. For each episode's
+    /// name: whether it is held out, times (s), measured poses, and predicted poses of shape (chain, draw, time, 3).
     fn predictive<'py>(&self, py: Python<'py>, draws: usize, seed: u64) -> PyResult<Bound<'py, PyDict>> {
         let p = &self.inner;
         let kept = p.values.first().map_or(0, Vec::len);
@@ -183,7 +166,7 @@ impl PyPosterior {
     }
 }
 
-/// Some rounds of a calibration, a dict for each; see `trundle.calibrate`.
+/// Rounds of a calibration, one dict each; see `trundle.calibrate`.
 #[pyfunction]
 #[pyo3(signature = (text, rounds, *, method=None, seed=0, progress=None))]
 fn _calibrate(
@@ -196,8 +179,8 @@ fn _calibrate(
 ) -> PyResult<Py<PyAny>> {
     let calibration = read(text, method)?;
     let found =
-        watched(py, progress, &CALIBRATE, |watch| split(replicates(&calibration, &rounds, seed, watch)))?;
-    Ok(plain(py, &found.map_err(refused)?)?.unbind())
+        watched_request(py, progress, &CALIBRATE, |watch| replicates(&calibration, &rounds, seed, watch))?;
+    Ok(plain(py, &found)?.unbind())
 }
 
 fn read(text: &str, method: Option<&str>) -> PyResult<Calibration> {
@@ -208,7 +191,7 @@ fn read(text: &str, method: Option<&str>) -> PyResult<Calibration> {
     })
 }
 
-/// The coverage of a calibration's rounds: `name`, `method`, and a dict for each parameter.
+/// Coverage over the rounds of a calibration: `name`, `method`, and a dict for each parameter.
 #[pyfunction]
 #[pyo3(signature = (text, rounds, *, method=None))]
 fn _calibration_table<'py>(

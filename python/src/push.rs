@@ -10,7 +10,7 @@ use trundle_sim::{Batch, Options, Outcome, PushTask, ResetOptions, SimError, epi
 
 use crate::actions::{many_numbers, numbers};
 use crate::error::{refused, run_here, simulated};
-use crate::seen::{hidden_values, view};
+use crate::view::{hidden_values, view};
 use crate::{columns, toml_dict};
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -20,9 +20,9 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     Ok(())
 }
 
-/// The state of an episode, random numbers and clock included: what `snapshot()` returns and `restore()` takes.
+/// State of an episode, including random numbers and clock, for `snapshot()` and `restore()`.
 ///
-/// It can be pickled; `restore` of any environment of the same options takes it.
+/// It can be pickled, and restored in any environment with the same options.
 #[pyclass(name = "Snapshot", module = "trundle._native", frozen)]
 struct PySnapshot {
     options: String,
@@ -46,7 +46,7 @@ impl PySnapshot {
     }
 }
 
-/// The native half of `trundle.envs.Push`.
+/// A pushing task, the native part of `trundle.envs.Push`.
 #[pyclass(name = "Pushing", module = "trundle._native")]
 struct PyPushing {
     options: String,
@@ -61,13 +61,13 @@ impl PyPushing {
     /// Half the side of the arena, m.
     #[classattr]
     const ARENA: f64 = constants::ARENA_HALF_SIDE_M;
-    /// Time that the gripper takes from one place on the object to another, s.
+    /// Duration of a regrasp, s.
     #[classattr]
     const REGRASP: f64 = constants::REGRASP_S;
-    /// Speed of the object's origin at which it is out of control, m/s.
+    /// Largest speed of the object's origin, m/s; an episode ends above it.
     #[classattr]
     const TOP_SPEED: f64 = constants::MAX_SPEED_M_PER_S;
-    /// Spin at which it is out of control, rad/s.
+    /// Largest spin, rad/s; an episode ends above it.
     #[classattr]
     const TOP_SPIN: f64 = constants::MAX_SPIN_RAD_PER_S;
     /// Names of the household objects.
@@ -83,13 +83,13 @@ impl PyPushing {
         Ok(Self { options: options.to_owned(), task: PushTask::new(parsed).map_err(refused)? })
     }
 
-    /// The wrench or velocity of a full action.
+    /// Wrench or velocity of an action of one.
     #[getter]
     fn full(&self) -> Vec<f64> {
         self.task.options().action.full_scale().to_vec()
     }
 
-    /// Whether the object may be any of several: then an observation tells how large it is.
+    /// Whether the object can differ between episodes. Observations then include its size.
     #[getter]
     fn varied(&self) -> bool {
         self.task.options().has_varied_objects()
@@ -101,7 +101,7 @@ impl PyPushing {
         self.task.options().observation_bounds()
     }
 
-    /// Steps after which an episode is truncated; 0: never.
+    /// Number of steps after which an episode is truncated; 0 for no truncation.
     #[getter]
     fn horizon(&self) -> u32 {
         self.task.options().horizon
@@ -128,7 +128,7 @@ impl PyPushing {
         Ok(self.observe(py))
     }
 
-    /// What `gymnasium.Env.step` returns; None without an episode under way.
+    /// The result of `gymnasium.Env.step`; None if no episode is running.
     fn step<'py>(&mut self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Option<Stepped<'py>>> {
         let action = numbers(action, self.task.options().action.width())?;
         let stepped = run_here(py, || Ok::<_, SimError>(self.task.step(&action)))?;
@@ -170,7 +170,7 @@ impl PyPushing {
         self.task.record();
     }
 
-    /// What the instruments saw since the last time, by column.
+    /// Samples of the instruments since the last call, by column.
     fn take_rows<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         columns::to_dict(py, &episode(String::new(), &self.task.take_rows()))
     }
@@ -187,9 +187,7 @@ impl PyPushing {
     fn restore(&mut self, snapshot: &PySnapshot) -> PyResult<()> {
         same(&self.options, &snapshot.options)?;
         if self.task.recording() {
-            return Err(refused(
-                "an episode that is recorded cannot go elsewhere: restore without trundle.Record",
-            ));
+            return Err(refused("a recorded episode cannot be replaced: restore without trundle.Record"));
         }
         self.task = snapshot.task.clone();
         Ok(())
@@ -210,18 +208,18 @@ impl PyPushing {
 
 impl PyPushing {
     fn observe<'py>(&mut self, py: Python<'py>) -> Observation<'py> {
-        // Of the length that an observation has, whatever the task: no allocation but NumPy's own.
-        let mut row = [0.0; LONGEST];
-        let row = &mut row[..self.task.options().observation_len().min(LONGEST)];
+        // A buffer of the maximum length avoids an allocation in addition to NumPy's own.
+        let mut row = [0.0; MAX_OBSERVATION_LEN];
+        let row = &mut row[..self.task.options().observation_len().min(MAX_OBSERVATION_LEN)];
         self.task.observe(row);
         PyArray1::from_slice(py, row)
     }
 }
 
-/// No observation is longer.
-const LONGEST: usize = 32;
+/// Largest number of entries of an observation.
+const MAX_OBSERVATION_LEN: usize = 32;
 
-/// Many tasks of the same options.
+/// Tasks with the same options.
 #[pyclass(name = "Batch", module = "trundle._native")]
 struct PyBatch {
     options: String,
@@ -265,7 +263,7 @@ impl PyBatch {
         Ok(Self { options, autoreset, batch, outcomes: vec![Outcome::default(); count] })
     }
 
-    /// Begin episodes where `seeds` has an entry: a seed, or None to go on with the stream.
+    /// Start an episode for each entry of `seeds`: a seed, or None for the next seed of the sequence.
     #[pyo3(signature = (seeds, observations, start = None, goal = None, grasp = None, same_object = false))]
     #[expect(clippy::too_many_arguments, reason = "as Pushing.reset")]
     fn reset(
@@ -290,7 +288,7 @@ impl PyBatch {
         self.batch.ready()
     }
 
-    /// Step all: observations, last observations and outcomes are written into the arrays.
+    /// Step all tasks. Writes observations, final observations and outcomes into the arrays.
     fn step(
         &mut self,
         py: Python<'_>,
@@ -319,13 +317,13 @@ impl PyBatch {
         PyArray2::from_vec2(py, &rows).map_err(refused)
     }
 
-    /// Which have been given a seed.
+    /// Whether each task has been given a seed.
     #[getter]
     fn seeded(&self) -> Vec<bool> {
         self.batch.envs().iter().map(PushTask::seeded).collect()
     }
 
-    /// Whether the episode of one is over.
+    /// Whether the episode of a task has ended.
     fn ended(&self, index: usize) -> PyResult<bool> {
         self.batch.envs().get(index).map(|task| !task.ready()).ok_or_else(|| missing(index))
     }
@@ -362,7 +360,9 @@ fn same(own: &str, other: &str) -> PyResult<()> {
     if own == other {
         return Ok(());
     }
-    Err(refused("the snapshot is of an environment of other options: make one like it"))
+    Err(refused(
+        "the snapshot belongs to an environment with other options: create the environment with the same options",
+    ))
 }
 
 fn slice<'a>(array: &'a mut PyReadwriteArray2<'_, f64>) -> PyResult<&'a mut [f64]> {

@@ -1,4 +1,4 @@
-//! A caller's simulator in place of the laws.
+//! A user's simulator in place of the laws.
 
 use std::sync::Mutex;
 
@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trundle_model::{ModelInstance, State, StepError, StepInput, Stepper};
 
-/// Steps with `callable(state, wrench, dt, values)`, one rollout at a time: a simulator with a state of its own need
-/// not be prepared for several at once.
+/// A simulator that calls `callable(state, wrench, dt, values)`. It runs one rollout at a time, because the callable may
+/// have a state.
 pub(crate) struct Simulator {
     callable: Py<PyAny>,
     turn: Mutex<()>,
@@ -25,7 +25,7 @@ impl Simulator {
         self.raised.lock().ok().and_then(|mut raised| raised.take()).map_or(Ok(()), Err)
     }
 
-    /// Keep the first exception.
+    /// Keeps the first exception and returns its description.
     fn keep(&self, error: PyErr) -> String {
         let reason = format!("the simulator raised {error}");
         if let Ok(mut raised) = self.raised.lock() {
@@ -34,7 +34,7 @@ impl Simulator {
         reason
     }
 
-    /// One step; an error says what was wrong.
+    /// One step. An error describes the problem.
     pub fn step(
         &self,
         py: Python<'_>,
@@ -46,8 +46,8 @@ impl Simulator {
         let arguments = (PyArray1::from_slice(py, state), PyArray1::from_slice(py, wrench), dt, values);
         let after = self.callable.bind(py).call1(arguments).map_err(|e| self.keep(e))?;
         let wrong = || {
-            let shown = after.repr().map_or_else(|_| "something".to_owned(), |text| text.to_string());
-            format!("the simulator returned {shown}: six finite numbers are needed (pose and twist, SI)")
+            let shown = after.repr().map_or_else(|_| "an object".to_owned(), |text| text.to_string());
+            format!("the simulator returned {shown}: return six finite numbers (pose and twist, SI)")
         };
         let array = py.import("numpy").and_then(|numpy| numpy.call_method1("asarray", (&after, "float64")));
         let array = array.ok().and_then(|array| array.extract::<PyReadonlyArray1<'_, f64>>().ok());
@@ -63,7 +63,7 @@ impl Stepper for Simulator {
         start: &State<f64>,
         inputs: &[StepInput],
     ) -> Result<Vec<State<f64>>, StepError> {
-        // Taken before the interpreter: who waits for a turn must not hold it.
+        // Lock before attaching to the interpreter, so that a waiting thread does not block the interpreter.
         let _turn = self.turn.lock();
         Python::attach(|py| {
             let values = PyDict::new(py);

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use crate::error::refused;
 
-/// A table as a new `dict`; dates and times become those of `datetime`, nanoseconds cut to microseconds.
+/// A table as a new `dict`. Dates and times become objects of `datetime`, truncated to microseconds.
 pub(crate) fn to_dict<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     for (key, value) in table {
@@ -34,7 +34,7 @@ fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>>
     })
 }
 
-/// In the one spelling that `fromisoformat` of Python 3.10 takes.
+/// A date or time in the only format that `fromisoformat` of Python 3.10 accepts.
 fn moment_to_python<'py>(py: Python<'py>, moment: &Datetime) -> PyResult<Bound<'py, PyAny>> {
     let class = match (&moment.date, &moment.time) {
         (Some(_), Some(_)) => "datetime",
@@ -108,13 +108,13 @@ fn from_python(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
     }
     let kind = value.get_type().name()?;
     Err(refused(format!(
-        "{path}: a value of type {kind} has no TOML form; leave the key out or write it as text"
+        "{path}: a value of type {kind} cannot be written as TOML; remove the key, or write it as text"
     )))
 }
 
 fn moment_from_python(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
     let text: String = value.call_method0("isoformat")?.extract()?;
     let text = text.strip_suffix("+00:00").map_or(text.clone(), |local| format!("{local}Z"));
-    let moment = text.parse().map_err(|_| refused(format!("{path}: {text} is no TOML date or time")))?;
+    let moment = text.parse().map_err(|_| refused(format!("{path}: {text} is not a TOML date or time")))?;
     Ok(Value::Datetime(moment))
 }

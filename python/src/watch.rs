@@ -7,24 +7,27 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 use rayon::{ThreadPool, current_thread_index};
+use trundle_estimate::EstimateError;
 use trundle_infer::{InferError, Progress, Stage, Watch};
+use trundle_paper::PaperError;
+use trundle_posterior::PosteriorError;
 use trundle_sim::thread_pool;
 
 use crate::error::{refused, run_here};
 
-/// How often Python is asked whether to go on.
-const PATIENCE: Duration = Duration::from_millis(50);
+/// Interval between checks for signals.
+const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Watches on behalf of Python.
+/// Forwards progress to a Python callable and checks for signals.
 struct Watcher {
     callback: Option<Py<PyAny>>,
-    course: Mutex<Progress>,
-    asked: Mutex<Instant>,
+    progress: Mutex<Progress>,
+    last_check: Mutex<Instant>,
     raised: Mutex<Option<PyErr>>,
 }
 
 impl Watcher {
-    /// Keep the first exception; the work stops at the next question.
+    /// Keeps the first exception. Returns whether there is one, which stops the work.
     fn keep(&self, result: PyResult<()>) -> bool {
         let Ok(mut raised) = self.raised.lock() else { return true };
         if let (Err(error), true) = (result, raised.is_none()) {
@@ -36,7 +39,7 @@ impl Watcher {
 
 impl Watch for Watcher {
     fn progress(&self, what: &str, done: f64) {
-        let Ok((stage, share)) = self.course.lock().map(|mut course| course.advance(what, done)) else {
+        let Ok((stage, share)) = self.progress.lock().map(|mut progress| progress.advance(what, done)) else {
             return;
         };
         if let Some(callback) = &self.callback {
@@ -45,10 +48,10 @@ impl Watch for Watcher {
     }
 
     fn cancelled(&self) -> bool {
-        let due = self.asked.lock().is_ok_and(|mut asked| {
-            let due = asked.elapsed() > PATIENCE;
+        let due = self.last_check.lock().is_ok_and(|mut last_check| {
+            let due = last_check.elapsed() > SIGNAL_CHECK_INTERVAL;
             if due {
-                *asked = Instant::now();
+                *last_check = Instant::now();
             }
             due
         });
@@ -56,15 +59,15 @@ impl Watch for Watcher {
     }
 }
 
-/// Stages of work that reports from 0 to 1 once.
+/// The single stage of work that reports progress from 0 to 1 once.
 pub(crate) const fn once(name: &'static str) -> [Stage; 1] {
     [Stage { name, end: 1.0, rounds: 1.0 }]
 }
 
-/// How often the calling thread looks after work that others do.
-const LOOK: Duration = Duration::from_millis(20);
+/// Longest wait of the calling thread for news, before it checks for signals.
+const MAX_WAIT: Duration = Duration::from_millis(20);
 
-/// Carries progress to the calling thread, and its wish to stop to the work.
+/// Forwards progress to the calling thread, and its request to stop to the work.
 struct Relay<'a> {
     news: Sender<(String, f64)>,
     stop: &'a AtomicBool,
@@ -72,7 +75,7 @@ struct Relay<'a> {
 
 impl Watch for Relay<'_> {
     fn progress(&self, what: &str, done: f64) {
-        // The calling thread hears all until the work has ended.
+        // The calling thread receives messages until the work ends.
         let _ = self.news.send((what.to_owned(), done));
     }
 
@@ -81,9 +84,9 @@ impl Watch for Relay<'_> {
     }
 }
 
-/// Runs interruptible `work` on the thread pool of this process with the interpreter released; an exception of the
-/// callback or Ctrl-C ends it and is raised again. The callback is called with the stage and the share of the whole,
-/// neither of which ever goes back.
+/// Runs interruptible `work` on the thread pool of this process with the interpreter released. An exception of the
+/// callback or Ctrl-C stops the work and is raised again. The callback receives the stage and the completed share of
+/// the whole work, both of which never decrease.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     callback: Option<Py<PyAny>>,
@@ -93,8 +96,8 @@ pub(crate) fn watched<T: Send>(
     let pool = thread_pool().map_err(refused)?;
     let watcher = Watcher {
         callback,
-        course: Mutex::new(Progress::new(stages)),
-        asked: Mutex::new(Instant::now()),
+        progress: Mutex::new(Progress::new(stages)),
+        last_check: Mutex::new(Instant::now()),
         raised: Mutex::new(None),
     };
     let shared = &watcher;
@@ -109,26 +112,64 @@ pub(crate) fn watched<T: Send>(
     }
 }
 
-/// Lets `work` run on the pool, while the calling thread, the only one in which Python handles signals, asks `watch`.
+/// Errors that include an interrupt by the user.
+pub(crate) trait Interruptible: std::fmt::Display + Send {
+    /// Whether the user interrupted the work.
+    fn is_interrupt(&self) -> bool;
+}
+
+impl Interruptible for EstimateError {
+    fn is_interrupt(&self) -> bool {
+        self.is_interrupt()
+    }
+}
+
+impl Interruptible for PaperError {
+    fn is_interrupt(&self) -> bool {
+        self.is_interrupt()
+    }
+}
+
+impl Interruptible for PosteriorError {
+    fn is_interrupt(&self) -> bool {
+        self.is_interrupt()
+    }
+}
+
+/// [`watched`] for work with errors of its own.
+pub(crate) fn watched_request<T: Send, E: Interruptible>(
+    py: Python<'_>,
+    callback: Option<Py<PyAny>>,
+    stages: &'static [Stage],
+    work: impl FnOnce(&dyn Watch) -> Result<T, E> + Send,
+) -> PyResult<T> {
+    let result = watched(py, callback, stages, |watch| match work(watch) {
+        Err(error) if error.is_interrupt() => Err(InferError::Interrupted),
+        other => Ok(other),
+    })?;
+    result.map_err(refused)
+}
+
+/// Runs `work` on the pool, while the calling thread checks `watch`. Python handles signals only in its main thread.
 fn on_pool<T: Send>(
     pool: &ThreadPool,
     watch: &Watcher,
     work: impl FnOnce(&dyn Watch) -> Result<T, InferError> + Send,
 ) -> Result<T, InferError> {
-    // A callback of other work: this thread is one of a pool, which may have no other.
+    // Called from a callback of other work: this thread belongs to a pool that may have no other threads.
     if current_thread_index().is_some() {
         return work(watch);
     }
     let (stop, mut result) = (AtomicBool::new(false), Err(InferError::Interrupted));
-    let (news, heard) = channel();
+    let (news, received) = channel();
     let (relay, place) = (Relay { news, stop: &stop }, &mut result);
     pool.in_place_scope(|scope| {
         scope.spawn(move |_| *place = work(&relay));
         loop {
-            match heard.recv_timeout(LOOK) {
+            match received.recv_timeout(MAX_WAIT) {
                 Ok((what, done)) => watch.progress(&what, done),
                 Err(RecvTimeoutError::Timeout) => {}
-                // The work, and with it the relay, has ended.
+                // The work has ended and dropped the relay.
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             if watch.cancelled() {

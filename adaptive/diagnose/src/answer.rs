@@ -1,6 +1,7 @@
 //! The answer for programs: `diagnosis.json`, format `trundle-diagnosis/1`.
 
 use crate::design::{Certificate, Experiment};
+use crate::parameter::Parameter;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use trundle_infer::Score;
@@ -217,19 +218,6 @@ pub struct Alternative {
     pub probability: f64,
     /// The discriminating experiment.
     pub experiment: String,
-}
-
-/// A parameter of the nominal model.
-#[derive(Clone, Debug, Serialize)]
-pub struct Parameter {
-    /// Posterior mean; null if not identifiable.
-    pub mean: Option<f64>,
-    /// Posterior standard deviation; null if not identifiable.
-    pub sd: Option<f64>,
-    /// SI unit.
-    pub unit: &'static str,
-    /// Whether the data identify it.
-    pub identifiable: bool,
 }
 
 /// Parameters of the nominal model.

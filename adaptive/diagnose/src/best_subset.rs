@@ -7,8 +7,8 @@
 
 use crate::candidates::name;
 use crate::linear_model::{LinearModel, amplitude_derivatives, stepped};
-use crate::screen::{Linearisation, Start};
-use crate::search::MIN_SCREEN_GAIN_NATS;
+use crate::linearisation::{Linearisation, Start};
+use crate::screen::MIN_SCREEN_GAIN_NATS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError};

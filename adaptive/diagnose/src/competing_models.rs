@@ -4,7 +4,8 @@
 use crate::answer::Alternative;
 use crate::candidates::name;
 use crate::design::{Certificate, Experiment};
-use crate::engine::{Engine, FittedModel};
+use crate::engine::Engine;
+use crate::fitted_model::FittedModel;
 use crate::search::SearchResult;
 use crate::thresholds::MAX_TIE_DIFFERENCE_NATS;
 use trundle_infer::{InferError, Watch};

@@ -5,7 +5,8 @@
 //! are correlated; episodes are independent.
 
 use crate::block_bootstrap::PredictedSamples;
-use crate::engine::{Engine, FittedModel};
+use crate::engine::Engine;
+use crate::fitted_model::FittedModel;
 use rayon::prelude::*;
 use trundle_infer::{InferError, Score, Watch, on_all_cores};
 use trundle_model::Model;
@@ -155,7 +156,7 @@ fn errors(score: &Score, gyration: f64, quasi: bool) -> Vec<f64> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::engine::Own;
+    use crate::engine::own::Own;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind};

@@ -2,7 +2,9 @@
 
 use crate::answer::MissingEffect;
 use crate::candidates;
-use crate::engine::{Engine, FittedModel};
+use crate::engine::Engine;
+use crate::fitted_model::FittedModel;
+use crate::fitted_model::with_kinds;
 use crate::place::FittedEffect;
 use crate::search::SearchResult;
 use crate::statements::statement;
@@ -18,16 +20,6 @@ pub(crate) fn without_effect<'a>(
     let mut kinds: Vec<Kind> = full.added.iter().map(|e| e.kind).collect();
     kinds.remove(dropped);
     with_kinds(&found.tried, kinds)
-}
-
-/// The best tried model with effects of the given kinds.
-pub(crate) fn with_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
-    kinds.sort();
-    tried.iter().find(|t| {
-        let mut own: Vec<Kind> = t.added.iter().map(|e| e.kind).collect();
-        own.sort();
-        own == kinds
-    })
 }
 
 /// The misfit that measures an effect's contribution: of the open-loop motion, or of the wrench if wrenches

@@ -1,7 +1,7 @@
 //! Which other models may be named if the best model contains an immaterial effect.
 
 use crate::candidates::name;
-use crate::engine::FittedModel;
+use crate::fitted_model::FittedModel;
 use trundle_model::Effect;
 
 /// Reason for not testing a model.
@@ -46,7 +46,9 @@ impl Eligibility<'_> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::Eligibility;
-    use crate::engine::{Engine, FittedModel, Own};
+    use crate::engine::Engine;
+    use crate::engine::own::Own;
+    use crate::fitted_model::FittedModel;
     use trundle_fixtures::{World, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind};

@@ -1,8 +1,8 @@
 //! The linear model of the score test: residuals of a fit, their derivatives by the fit's own parameters, and
 //! by amplitudes of candidates.
 
+use crate::linearisation::{Linearisation, Start};
 use crate::proposals::is_amplitude;
-use crate::screen::{Linearisation, Start};
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Fit, InferError};
 use trundle_model::{Effect, Kind, Model, Param, Slot};

@@ -1,6 +1,6 @@
 //! The nominal model: as given, with its values free, and as fitted.
 
-use crate::answer::Parameter;
+use crate::parameter::Parameter;
 use std::collections::BTreeMap;
 use trundle_infer::{Comparison, Fit, FitOptions, InferError, Watch};
 use trundle_model::{Body, Effect, Model};

@@ -257,6 +257,11 @@ fn visited_point(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f
     [pose[0] + x, pose[1] + y]
 }
 
+/// Whether any of the kinds is proposed from the missing wrench along the episodes.
+pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
+    kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::ContactCandidate | Proposal::Period))
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {

@@ -4,7 +4,9 @@ use crate::answer::{Answer, BeforeAfter, ErrorMetrics, Mismatch, Nominal, Place,
 use crate::competing_models::competing_models;
 use crate::discrepancy::input_descriptions;
 use crate::effect_report::{effect_probability, reported_effect};
-use crate::engine::{Engine, FittedModel, Own};
+use crate::engine::Engine;
+use crate::engine::own::Own;
+use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
 use crate::periods;
@@ -315,7 +317,7 @@ fn residual_summary(
     engine: &dyn Engine,
     tried: &FittedModel,
     [before, after]: [Option<LackOfFit>; 2],
-    missing: &series::MissingWrenches,
+    missing: &crate::missing_wrenches::MissingWrenches,
 ) -> Result<ResidualSummary, InferError> {
     let along = || missing.training.iter().flatten().flatten().map(|residual| residual.wrench).collect();
     let wrenches: Vec<[f64; 3]> = engine.residual_wrenches(tried)?.unwrap_or_else(along);

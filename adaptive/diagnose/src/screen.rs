@@ -6,56 +6,15 @@
 //! profiled out. The Newton step is the starting point of the candidate's fit.
 
 use crate::linear_model::LinearModel;
+use crate::linearisation::{Linearisation, Start};
 use crate::proposals::{Hints, nearby, proposals};
-use crate::search::MIN_SCREEN_GAIN_NATS;
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use trundle_infer::{FilteredEpisodes, Fit, InferError, Watch};
-use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model, Proposal};
+use trundle_infer::{Fit, InferError, Watch};
+use trundle_model::{Effect, Kind, MAX_INNER_STATES, Proposal};
 use trundle_record::Prepared;
 
-/// A fitted model's whitened innovations, and their derivatives by parameters and effects.
-pub(crate) trait Linearisation: Sync {
-    /// All whitened innovations in one vector.
-    fn residual(&self) -> DVector<f64>;
-
-    /// Derivatives by every fitted parameter, and its slot if it belongs to the model.
-    fn own_derivatives(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError>;
-
-    /// Derivatives by some slots of a model. At `values` it must be equivalent to the fitted model.
-    fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
-}
-
-impl Linearisation for FilteredEpisodes<'_> {
-    fn residual(&self) -> DVector<f64> {
-        self.residual()
-    }
-
-    fn own_derivatives(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
-        let slots = fit.model.slots();
-        let free: Vec<usize> =
-            fit.estimates.iter().filter_map(|e| slots.iter().position(|s| s.name == e.name)).collect();
-        let slopes = self.slopes(&fit.model, &fit.values, &free)?;
-        Ok((stacked(&slopes), free.into_iter().map(Some).collect()))
-    }
-
-    fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
-        Ok(stacked(&self.slopes(model, values, free)?))
-    }
-}
-
-/// A starting point for the fit of a candidate.
-#[derive(Clone, Debug)]
-pub(crate) struct Start {
-    /// The candidate with values for all parameters.
-    pub effect: Effect,
-    /// Values of the fit's own slots.
-    pub base: Vec<f64>,
-    /// Gain in log likelihood that the Newton step promises, nats.
-    pub gain: f64,
-    /// The effect before that step.
-    pub neutral: Effect,
-}
+/// Promised gain below which a kind of effect is not fitted, nats: the least price of a prior.
+pub(crate) const MIN_SCREEN_GAIN_NATS: f64 = 5.0;
 
 /// Candidates without states whose derivatives are computed together.
 const MAX_BATCH: usize = 8;
@@ -198,23 +157,12 @@ fn ranked(mut starts: Vec<Start>) -> Vec<Start> {
 const NEIGHBOUR_SEARCHES: [(f64, usize); 2] = [(0.4, 5), (0.2, 1)];
 const PARENTS_PER_KIND: usize = 4;
 
-/// Matrices stacked vertically.
-fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
-    let columns = parts.first().map_or(0, DMatrix::ncols);
-    let mut all = DMatrix::zeros(parts.iter().map(DMatrix::nrows).sum(), columns);
-    let mut row = 0;
-    for part in parts {
-        all.rows_mut(row, part.nrows()).copy_from(part);
-        row += part.nrows();
-    }
-    all
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::ScreenOptions;
-    use crate::engine::{Engine, Own};
+    use crate::engine::Engine;
+    use crate::engine::own::Own;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
     use trundle_model::{Effect, Kind, Model};

@@ -2,9 +2,11 @@
 
 use crate::block_bootstrap::{PredictedSamples, correlation_time, probability_of_gain};
 use crate::cross_validation::{LeftOutPrediction, cross_validate};
-use crate::effect_report::{with_kinds, without_effect};
+use crate::effect_report::without_effect;
 use crate::eligibility::{Eligibility, INELIGIBLE};
-use crate::engine::{Engine, FittedModel};
+use crate::engine::Engine;
+use crate::fitted_model::FittedModel;
+use crate::fitted_model::with_kinds;
 use crate::search::SearchResult;
 use crate::thresholds::{MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO};
 use std::collections::BTreeMap;
@@ -240,7 +242,9 @@ fn is_defined(candidate: &FittedModel, k: usize) -> bool {
 mod tests {
     use super::{correlation_time, cross_validate, is_defined, probability_of_gain};
     use crate::answer::Value;
-    use crate::engine::{Engine, FittedModel, Own};
+    use crate::engine::Engine;
+    use crate::engine::own::Own;
+    use crate::fitted_model::FittedModel;
     use crate::{Options, diagnose};
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};

@@ -1,11 +1,13 @@
 //! Curves for the report.
 
+use crate::missing_wrenches::{MissingWrenches, Wrench};
 use serde::Serialize;
 use trundle_infer::{Fit, InferError};
 use trundle_model::{Fixture, Model};
 use trundle_record::{Dataset, Prepared};
 
-use crate::engine::{Engine, FittedModel};
+use crate::engine::Engine;
+use crate::fitted_model::FittedModel;
 use crate::locate::Residuals;
 
 /// All curves and tables that the report draws.
@@ -81,19 +83,6 @@ pub struct Residual {
     pub sd_after: Option<Vec<[f64; 3]>>,
 }
 
-/// Recorded and needed wrench, object axes, N, N, N·m.
-#[derive(Clone, Debug, Serialize)]
-pub struct Wrench {
-    /// Times, s.
-    pub t: Vec<f64>,
-    /// Recorded wrench.
-    pub recorded: Vec<[f64; 3]>,
-    /// Wrench that the nominal model needs.
-    pub before: Vec<[f64; 3]>,
-    /// Wrench that the model with the named effects needs.
-    pub after: Vec<[f64; 3]>,
-}
-
 /// A tried model.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
@@ -107,12 +96,6 @@ pub struct Candidate {
     pub probability: f64,
     /// Reason for not naming it, if it was tested.
     pub reason: Option<&'static str>,
-}
-
-/// Missing wrenches of the training and the held-out episodes.
-pub(crate) struct MissingWrenches {
-    pub training: Option<Residuals>,
-    pub held_out: Option<Residuals>,
 }
 
 /// Outline of a body as polygons; a disc has 48 corners.

@@ -8,7 +8,7 @@ use trundle_infer::{Channels, Estimate, Fit, InferError, PriorConflict};
 use trundle_model::{Body, Effect, Fixture, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
-use crate::engine::FittedModel;
+use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::LackOfFit;
 
 /// Base of the scale factors, so that a rescaled recording is within a factor of 32 of a table. A power of

@@ -1,6 +1,7 @@
 //! Warnings about a diagnosis. Held-out episodes are scored here for the last time and change no verdict.
 
-use crate::engine::{Engine, FittedModel};
+use crate::engine::Engine;
+use crate::fitted_model::FittedModel;
 use trundle_infer::{InferError, Score};
 use trundle_record::Prepared;
 
@@ -84,7 +85,7 @@ fn worse_metrics(before: &Score, after: &Score) -> Option<String> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::engine::Own;
+    use crate::engine::own::Own;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
     use trundle_model::Kind;

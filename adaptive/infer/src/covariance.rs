@@ -5,9 +5,12 @@
 //! Otherwise it loses positive definiteness after minutes of data.
 
 use nalgebra::{Matrix3, SMatrix, SVector};
+use trundle_model::MAX_INNER_STATES;
 
 /// Number of states for pose, twist and wrench error.
 pub(crate) const BASE_STATES: usize = 9;
+/// Maximum number of states: pose, twist, wrench error and the laws' own states.
+pub(crate) const STATES: usize = BASE_STATES + MAX_INNER_STATES;
 /// Number of states for pose and twist.
 pub(crate) const MOTION_STATES: usize = 6;
 /// Number of states for the pose.

@@ -1,9 +1,36 @@
 //! Error metrics of one or more episodes, accumulated as sums. They do not depend on the simulator that made
 //! the predictions.
 
-use crate::Score;
+use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use trundle_record::Prepared;
+
+/// Prediction errors of a model on some episodes; `None` where a metric is undefined.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Score {
+    /// Open loop over whole episodes, m.
+    pub position_rmse: Option<f64>,
+    /// Open loop, rad.
+    pub heading_rmse: Option<f64>,
+    /// Open loop, mean over episodes of the error of the last pose, m.
+    pub final_position_error: Option<f64>,
+    /// Open loop, mean over episodes, rad.
+    pub final_heading_error: Option<f64>,
+    /// Open loop, explained share of the variance of (x, y, ρθ).
+    pub r2: Option<f64>,
+    /// One second ahead, m.
+    pub window_position_rmse: Option<f64>,
+    /// One second ahead, rad.
+    pub window_heading_rmse: Option<f64>,
+    /// Required minus recorded wrench, both below `force_bandwidth`, N.
+    pub force_rmse: Option<f64>,
+    /// The same, N·m, about the object origin.
+    pub torque_rmse: Option<f64>,
+    /// Frequency up to which the poses determine the acceleration, Hz; `None` for quasi-static comparisons.
+    pub force_bandwidth: Option<f64>,
+    /// Mean log density of a pose sample, one window ahead.
+    pub log_predictive_density: Option<f64>,
+}
 
 /// Running mean.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 //! simulation from the first pose.
 
 use crate::error_metrics::wrap;
-use crate::rollout::simulate;
+use crate::simulation::simulate;
 use trundle_model::{InnerState, MAX_INNER_STATES, Model, Plant};
 use trundle_record::Prepared;
 

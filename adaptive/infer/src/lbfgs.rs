@@ -4,8 +4,7 @@
 //! It uses the cost and its gradient but not the Gauss-Newton curvature. It applies to any cost, and requires
 //! more evaluations than Levenberg–Marquardt on least squares.
 
-use crate::levenberg::Stop;
-use crate::search::Optimum;
+use crate::optimum::{Optimum, Stop};
 use crate::{Density, InferError, Watch};
 use basin::{
     BoxBounds, ConstraintDescription, ConstraintSet, ConstraintSolveError, Constraints, CostFunction,

@@ -5,21 +5,9 @@
 //! ```
 
 use crate::likelihood::Evaluation;
-use crate::search::Optimum;
+use crate::optimum::{Optimum, Stop};
 use crate::{Density, InferError, Linearised, Watch};
 use nalgebra::DVector;
-
-/// Stopping criteria.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stop {
-    /// Maximum number of linearisations.
-    pub iterations: usize,
-    /// Stop when an accepted step lowers the cost by less.
-    pub decrease: f64,
-    /// Whether to measure the gradient by finite differences where the given one no longer leads to a
-    /// decrease.
-    pub measure_gradient: bool,
-}
 
 /// Minimise −log density from `start`.
 pub(crate) fn minimise(

@@ -7,7 +7,8 @@
 //! The prior of the profiled parameter is left out; the priors of the others remain. A profile that does not
 //! rise shows that the data do not determine the parameter, whatever the curvature at the mode.
 
-use crate::levenberg::{self, Stop};
+use crate::levenberg;
+use crate::optimum::Stop;
 use crate::{Density, Fit, InferError, Linearised, Target, Watch};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,12 +1,12 @@
 //! Simulations of a recording: in open loop, and one window ahead.
 
 use crate::curve::Curve;
-use crate::filter::{Innovation, advance, filter};
+use crate::filter::{Innovation, filter};
 use crate::initial_state::initial_state;
-use crate::track::{Step, cut_into_steps};
+use crate::simulation::simulate;
 use crate::{Channels, InferError, Track};
 use std::sync::Arc;
-use trundle_model::{MAX_INNER_STATES, Model, Plant, State};
+use trundle_model::{Model, Plant};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Simulated poses at the times of the recorded poses, world, m, m, rad. The simulation starts from the first
@@ -15,32 +15,6 @@ use trundle_record::{Motion, Noise, Prepared};
 /// second after contact.
 pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
     simulate(plant, episode, initial_state(plant, episode), f64::INFINITY)
-}
-
-/// The same up to time `until`, s, with the laws' own states starting from `inner`.
-pub(crate) fn simulate(
-    plant: &Plant<f64>,
-    episode: &Prepared,
-    inner: [f64; MAX_INNER_STATES],
-    until: f64,
-) -> Vec<[f64; 3]> {
-    let Some(first) = episode.pose.first() else { return vec![] };
-    let mut state = State::moving(first.pose, episode.first_twist).with_inner(inner);
-    let mut poses = vec![first.pose];
-    if episode.wrench.is_empty() {
-        return vec![first.pose; episode.pose.len()];
-    }
-    let curve = Curve::new(episode);
-    let mut steps: Vec<Step> = Vec::new();
-    for pair in episode.pose.windows(2).take_while(|pair| pair[1].t <= until) {
-        steps.clear();
-        cut_into_steps(pair[0].t, &pair[1], &curve, curve.max_step(), &mut steps);
-        for step in &steps {
-            advance(plant, &mut state, &[0.0; 3], step, &curve);
-        }
-        poses.push(state.pose);
-    }
-    poses
 }
 
 /// Length of a prediction window, s.

@@ -2,44 +2,16 @@
 
 use crate::bandwidth::{force_bandwidth, spacing};
 use crate::curve::Curve;
-use crate::error_metrics::ErrorMetrics;
+use crate::error_metrics::{ErrorMetrics, Score};
 use crate::initial_state;
-use crate::quasi_static::WrenchSample;
 use crate::rollout::{Window, open_loop, windows};
 use crate::steady_segments::wrench_samples;
 use crate::timing::Timing;
+use crate::wrench_sample::WrenchSample;
 use crate::{Channels, InferError};
 use rayon::prelude::*;
-use serde::Serialize;
 use trundle_model::{Clock, MAX_INNER_STATES, Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, Prepared, low_pass};
-
-/// Prediction errors of a model on some episodes; `None` where a metric is undefined.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Score {
-    /// Open loop over whole episodes, m.
-    pub position_rmse: Option<f64>,
-    /// Open loop, rad.
-    pub heading_rmse: Option<f64>,
-    /// Open loop, mean over episodes of the error of the last pose, m.
-    pub final_position_error: Option<f64>,
-    /// Open loop, mean over episodes, rad.
-    pub final_heading_error: Option<f64>,
-    /// Open loop, explained share of the variance of (x, y, ρθ).
-    pub r2: Option<f64>,
-    /// One second ahead, m.
-    pub window_position_rmse: Option<f64>,
-    /// One second ahead, rad.
-    pub window_heading_rmse: Option<f64>,
-    /// Required minus recorded wrench, both below `force_bandwidth`, N.
-    pub force_rmse: Option<f64>,
-    /// The same, N·m, about the object origin.
-    pub torque_rmse: Option<f64>,
-    /// Frequency up to which the poses determine the acceleration, Hz; `None` for quasi-static comparisons.
-    pub force_bandwidth: Option<f64>,
-    /// Mean log density of a pose sample, one window ahead.
-    pub log_predictive_density: Option<f64>,
-}
 
 /// Error metrics of a model with all values given.
 ///

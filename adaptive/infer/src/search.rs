@@ -1,22 +1,15 @@
 //! Global search: short searches rank the starts, and the best points are refined to convergence.
 
+use crate::fit_options::{FitOptions, Optimiser};
 use crate::lbfgs;
-use crate::levenberg::{self, Stop};
-use crate::{Density, FitOptions, InferError, Linearised, Optimiser, Target, Watch, on_all_cores};
+use crate::levenberg;
+use crate::optimum::{Optimum, Stop};
+use crate::{Density, InferError, Target, Watch, on_all_cores};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trundle_model::Prior;
-
-/// End point of a search.
-pub(crate) struct Optimum {
-    pub point: Vec<f64>,
-    pub at: Linearised,
-    pub converged: bool,
-    /// Decrease of the cost in the last step.
-    pub last_decrease: f64,
-}
 
 const SHORT_SEARCH_STOP: Stop = Stop { iterations: 14, decrease: 0.05, measure_gradient: false };
 const REFINEMENT_STOP: Stop = Stop { iterations: 60, decrease: 1e-5, measure_gradient: false };

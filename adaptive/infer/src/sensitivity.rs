@@ -108,7 +108,7 @@ fn correct<const W: usize>(state: &mut State<Dual<W>>, error: &mut [Dual<W>; 3],
 pub(crate) mod tests {
     use super::*;
     use crate::Coordinates;
-    use crate::filter::STATES;
+    use crate::covariance::STATES;
     use nalgebra::{Matrix3, SMatrix};
     use trundle_model::{Body, Effect, Kind};
     use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};

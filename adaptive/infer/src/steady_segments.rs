@@ -2,7 +2,7 @@
 //! gives one averaged sample.
 
 use crate::curve::Curve;
-use crate::quasi_static::WrenchSample;
+use crate::wrench_sample::WrenchSample;
 use trundle_model::{to_body, transport};
 use trundle_record::{Motion, Noise, Prepared};
 

@@ -11,6 +11,7 @@ mod modes;
 mod nuts;
 mod predictive;
 mod sample;
+mod sampler;
 #[cfg(test)]
 mod test_densities;
 mod whitened;

@@ -1,8 +1,9 @@
 //! Sampling of the posterior of a likelihood.
 
 use crate::canonical::Canonical;
-use crate::chain::{Chain, ChainSettings, Method, chain};
+use crate::chain::{Chain, ChainSettings, Method};
 use crate::modes::{self, Mode, ModeSummary, SearchExtent, search_modes};
+use crate::sampler::chain;
 use crate::{PosteriorError, Whitened};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};

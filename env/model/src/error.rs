@@ -4,8 +4,6 @@ use std::fmt;
 
 use thiserror::Error;
 
-use crate::model::{Model, Slot};
-
 /// A motion that diverges, and the likely cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotFinite {
@@ -13,14 +11,6 @@ pub struct NotFinite {
     pub at: f64,
     /// Name, value and unit of the most extreme parameter; `None` if no value is extreme.
     pub parameter: Option<(String, f64, &'static str)>,
-}
-
-impl NotFinite {
-    /// Error for a motion of `model` that is not finite from a time `at` after its start, s.
-    pub fn of(model: &Model, at: f64) -> Self {
-        let named = |slot: Slot| Some((slot.name, slot.value?, slot.unit));
-        Self { at, parameter: model.most_extreme().and_then(named) }
-    }
 }
 
 impl fmt::Display for NotFinite {

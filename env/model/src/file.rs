@@ -1,6 +1,6 @@
 //! Reader and writer of `model.toml` (format `trundle-model/1`).
 
-use crate::body::Fixture;
+use crate::fixture::Fixture;
 use crate::model::{Effect, Model};
 use crate::{Body, Discrepancy, Kind, ModelError, Param};
 use serde::{Deserialize, Serialize};

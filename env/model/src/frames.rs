@@ -25,3 +25,14 @@ pub fn transport<T: Real>(wrench: [T; 3], frame: [f64; 3]) -> [T; 3] {
     let about = T::chained(torque.re() + fy.re() * x - fx.re() * y, [(torque, 1.0), (fy, x), (fx, -y)]);
     [fx, fy, about]
 }
+
+/// The twist of a body at a point offset by `[x, y]` from the point where `twist` is given.
+#[inline(always)]
+pub(crate) fn twist_at<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [T; 2]) -> [T; 3] {
+    let (px, py, turn) = (x.re(), y.re(), spin.re());
+    [
+        T::chained(vx.re() - turn * py, [(vx, 1.0), (spin, -py), (y, -turn)]),
+        T::chained(vy.re() + turn * px, [(vy, 1.0), (spin, px), (x, turn)]),
+        spin,
+    ]
+}

@@ -1,8 +1,8 @@
 //! Free motion under constant viscous damping: the linear system of a step is solved once and applied to every step.
 
+use crate::frames::twist_at;
 use crate::heading::Heading;
 use crate::implicit::MassMatrix;
-use crate::plant::twist_at;
 use crate::{GeneralisedForce, State};
 
 /// Precomputed step of a fixed length for a plant whose forces do not depend on the state.

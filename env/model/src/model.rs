@@ -66,9 +66,6 @@ pub struct Slot {
     pub effect: Option<usize>,
 }
 
-/// Smallest log ratio at which a value counts as extreme: ten prior standard deviations, or ten times the median.
-const MIN_EXTREME_LOG_RATIO: f64 = std::f64::consts::LN_10;
-
 impl Model {
     /// Nominal model of the paper (eq. 3): a rigid body with one anisotropic viscous wheel whose parameters are free.
     pub fn nominal(body: Body, mass: Option<f64>, dof: [bool; 3]) -> Self {
@@ -130,19 +127,6 @@ impl Model {
             }
         }
         slots
-    }
-
-    /// The parameter whose value deviates most from its prior on a logarithmic scale: the likely cause of a motion that
-    /// is not finite. `None` if no value is extreme.
-    pub fn most_extreme(&self) -> Option<Slot> {
-        let distance = |slot: &Slot| match (slot.prior, slot.value?) {
-            (Prior::Normal { mean, sd }, value) => Some(((value - mean).abs() / sd).ln()),
-            (Prior::LogNormal { median, .. }, value) => Some((value / median).ln().abs()),
-            _ => None,
-        };
-        let slots = self.slots().into_iter().filter_map(|slot| Some((distance(&slot)?, slot)));
-        let (farthest, slot) = slots.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (farthest > MIN_EXTREME_LOG_RATIO).then_some(slot)
     }
 
     /// Set the value of parameter `index` of [`Model::slots`].
@@ -342,16 +326,6 @@ mod tests {
     fn effects_of_one_kind_are_numbered() {
         let model = table().with(Effect::free(Kind::ViscousWheel));
         assert_eq!(model.effect_names(), ["viscous_wheel", "viscous_wheel_2"]);
-    }
-
-    #[test]
-    fn the_most_extreme_value_is_found() {
-        let usual = table().with_values(&[22.0, 0.1, 0.1, 0.3, 60.0, 60.0]).unwrap();
-        assert_eq!(usual.most_extreme(), None);
-        let pushing = Effect::free(Kind::DirectionalFriction);
-        let pushing = pushing.with("angle", Some(0.0)).with("difference", Some(-1e5));
-        let extreme = usual.with(pushing).most_extreme().unwrap();
-        assert_eq!((extreme.name.as_str(), extreme.value), ("directional_friction.difference", Some(-1e5)));
     }
 
     #[test]

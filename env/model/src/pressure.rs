@@ -1,7 +1,6 @@
 //! Pressure of a flat face on the floor: a grid of cells, each with its weight at its centroid.
 
-use crate::Support;
-use crate::body::Fixture;
+use crate::fixture::{Fixture, Support};
 use crate::polygon::moments;
 
 /// Number of cells along the longer side.
@@ -87,7 +86,7 @@ fn clip_half_plane(vertices: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> V
 #[cfg(test)]
 mod tests {
     use crate::Body;
-    use crate::body::Fixture;
+    use crate::fixture::Fixture;
 
     fn centre(body: &Body) -> [f64; 2] {
         [0, 1].map(|k| body.support.iter().map(|s| s.share * s.point[k]).sum())

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::escaped::Escaped;
 use crate::fault::Fault;
 
 /// A fault and its place.
@@ -83,6 +84,13 @@ impl Error {
     }
 }
 
+impl Fault {
+    /// The error of this fault at `place`.
+    pub fn at(self, place: Place) -> Error {
+        Error { place: Box::new(place), fault: Box::new(self) }
+    }
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.file {
@@ -100,17 +108,5 @@ impl fmt::Display for Place {
             write!(f, ", {}", Escaped(key))?;
         }
         Ok(())
-    }
-}
-
-/// Displays user-supplied text with its control characters escaped.
-pub(crate) struct Escaped<'a>(pub &'a str);
-
-impl fmt::Display for Escaped<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.chars().try_for_each(|c| match c.is_control() {
-            true => write!(f, "{}", c.escape_default()),
-            false => write!(f, "{c}"),
-        })
     }
 }

@@ -1,7 +1,7 @@
 //! Faults of recordings. Each message contains the offending value and the remedy.
 
 use crate::episode::known_columns;
-use crate::error::{Error, Escaped, Place};
+use crate::escaped::Escaped;
 
 /// What is wrong with a recording.
 #[derive(Debug, thiserror::Error)]
@@ -258,10 +258,5 @@ impl Fault {
     /// The fault of a column `name` that the format does not define.
     pub(crate) fn unknown_column(name: &str) -> Self {
         Self::UnknownColumn { name: name.to_owned(), known: known_columns().collect::<Vec<_>>().join(", ") }
-    }
-
-    /// The error of this fault at `place`.
-    pub fn at(self, place: Place) -> Error {
-        Error { place: Box::new(place), fault: Box::new(self) }
     }
 }

@@ -4,6 +4,7 @@ mod check;
 mod document;
 mod episode;
 mod error;
+mod escaped;
 mod fault;
 mod inertia;
 mod info;

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use trundle_model::{Clock, LinearPropagator, MAX_INNER_STATES, Model, Plant, Rigid, State};
 
-use crate::contact::{ENGINE_MARGIN_M, obstacle_distance, outline_radius};
 use crate::gripper::wrap_angle;
+use crate::obstacle_distance::{ENGINE_MARGIN_M, obstacle_distance, outline_radius};
 use crate::world::EngineState;
 use crate::{SimError, World};
 

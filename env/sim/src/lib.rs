@@ -2,14 +2,16 @@
 //! scenarios that produce recordings, and reinforcement-learning tasks.
 
 mod colliders;
-mod contact;
 mod end_effector;
+mod episode_setup;
 mod error;
 mod excitation;
 mod gripper;
 mod hybrid_stepper;
 mod instruments;
 mod object;
+mod obstacle_distance;
+mod obstacle_stepper;
 mod point_contact;
 mod profile;
 mod push;
@@ -18,18 +20,21 @@ mod sensor;
 mod simulate;
 pub mod task;
 mod threads;
+mod toml_file;
 mod tracker;
 mod world;
 
-pub use contact::{ObstacleStepper, can_touch};
+pub use episode_setup::EpisodeSetup;
 pub use error::SimError;
 pub use excitation::Excitation;
 pub use gripper::{Coupling, DriveMode, Gripper};
 pub use hybrid_stepper::HybridStepper;
 pub use instruments::{GroundTruth, Instruments, Row, episode};
 pub use object::Object;
+pub use obstacle_distance::can_touch;
+pub use obstacle_stepper::ObstacleStepper;
 pub use profile::Profile;
-pub use push::{EpisodeSetup, Push};
+pub use push::Push;
 pub use scenario::Scenario;
 pub use sensor::{GripperLoad, GripperPayload, Sensor};
 pub use simulate::{metadata, simulate};

@@ -8,7 +8,7 @@ use toml::Table;
 use trundle_model::Model;
 
 use crate::SimError;
-use crate::scenario::{expect_format, in_file, model, parse};
+use crate::toml_file::{expect_format, in_file, model, parse};
 
 const OBJECT_FORMAT: &str = "trundle-object/1";
 

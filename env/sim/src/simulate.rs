@@ -9,8 +9,8 @@ use trundle_record::{
     Recording, Sign, Source, Split, WrenchMeta,
 };
 
+use crate::episode_setup::EpisodeSetup;
 use crate::instruments::episode;
-use crate::push::EpisodeSetup;
 use crate::{DriveMode, Push, Scenario, Sensor, SimError, Tracker};
 
 /// Simulate a scenario and record it. The same seed gives the same recording.

@@ -1,5 +1,6 @@
 //! The diagnosis engine of a black-box simulator.
 
+use super::basis::Basis;
 use super::likelihood::PathLikelihood;
 use super::parameter_fit::fit_simulator;
 use super::path::Path;
@@ -7,17 +8,20 @@ use super::rollout::Rollout;
 use super::simulator::BlackBox;
 use super::view::{LinearisedView, starts_from_prior};
 use super::windows::windows;
-use crate::answer::{Channels, Parameter};
+use crate::answer::Channels;
 use crate::block_bootstrap::PredictedSamples;
 use crate::candidates::candidates;
 use crate::design::{Certificate, Experiment};
-use crate::engine::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_courses};
+use crate::engine::{Engine, Inspector};
+use crate::fitted_model::{Effort, FittedModel, Job, MAX_REFIT_STEPS};
 use crate::lack_of_fit::{LackOfFit, best_random_walk};
+use crate::linearisation::Start;
 use crate::locate::Located;
+use crate::missing_wrenches::{MissingWrenches, Wrench};
+use crate::parameter::Parameter;
 use crate::predictive_check::PredictiveCheck;
+use crate::proposals::needs_courses;
 use crate::pushing_time::require_pushing_time;
-use crate::screen::Start;
-use crate::series::{MissingWrenches, Wrench};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -27,16 +31,6 @@ use trundle_infer::{
 };
 use trundle_model::{EffectTarget, Kind, Model, Plant, Posterior, Slot};
 use trundle_record::{Dataset, Prepared};
-
-/// Linearised simulator that a fit used.
-#[derive(Clone)]
-pub(crate) struct Basis {
-    pub(super) likelihood: Arc<PathLikelihood>,
-    /// Values of the simulator's parameters in the fit.
-    pub(super) parameters: Vec<f64>,
-    /// Whether missing effects bias these values, so that effects are not screened around them.
-    pub(super) is_biased: bool,
-}
 
 /// A black-box simulator with a recording.
 #[derive(Clone)]

@@ -12,7 +12,9 @@ use super::path::Path;
 use crate::design::{
     CompetingModel, Experiment, Limits, PosePredictor, Setup, experiment, misfit_after_refit, verify,
 };
-use crate::engine::{Effort, Engine, FittedModel, Job, Own};
+use crate::engine::Engine;
+use crate::engine::own::Own;
+use crate::fitted_model::{Effort, FittedModel, Job};
 use trundle_infer::{Channels, InferError, Watch};
 use trundle_record::{Noise, Prepared};
 

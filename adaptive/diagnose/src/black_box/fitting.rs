@@ -1,8 +1,9 @@
 //! Fits of laws along the measured motion.
 
-use super::engine::{Basis, BlackBoxEngine, has_laws_on_object};
+use super::basis::Basis;
+use super::engine::{BlackBoxEngine, has_laws_on_object};
 use super::likelihood::PathLikelihood;
-use crate::engine::{Effort, FittedModel, Job};
+use crate::fitted_model::{Effort, FittedModel, Job};
 use rayon::prelude::*;
 use std::sync::Arc;
 use trundle_infer::{Fit, FitOptions, InferError, Watch, fit};

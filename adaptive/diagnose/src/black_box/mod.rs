@@ -10,11 +10,13 @@
 //! are shared with every other diagnosis ([`crate::engine`]).
 
 mod apparent_mass;
+mod basis;
 mod derivatives;
 mod engine;
 mod experiment;
 mod fitting;
 mod gains;
+mod initial_states;
 mod law_states;
 mod law_wrench;
 mod likelihood;
@@ -31,7 +33,7 @@ use crate::run::{Options, Outcome, diagnose_with};
 use trundle_infer::{InferError, Watch};
 use trundle_record::Dataset;
 
-pub(crate) use engine::Basis;
+pub(crate) use basis::Basis;
 pub use simulator::{BlackBox, Simulator};
 
 /// Diagnose a recording with a black-box simulator.

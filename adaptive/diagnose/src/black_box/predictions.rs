@@ -3,7 +3,8 @@
 use super::engine::BlackBoxEngine;
 use super::gains::WindowPrediction;
 use crate::design::{Certificate, OPEN_LOOP_NOISE_FACTOR, SimulatedPair, certificate_from_simulations};
-use crate::engine::{Engine, FittedModel};
+use crate::engine::Engine;
+use crate::fitted_model::FittedModel;
 use crate::predictive_check::{PredictiveCheck, WindowEnd};
 use nalgebra::Vector3;
 use trundle_infer::{InferError, unscored_time};

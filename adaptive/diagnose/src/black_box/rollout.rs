@@ -1,6 +1,7 @@
 //! Simulations of a black-box simulator with laws, and their error metrics.
 
-use super::law_states::{default_states, estimate_initial_state, states_along};
+use super::initial_states::estimate_initial_state;
+use super::law_states::{default_states, states_along};
 use super::law_wrench::{has_laws, law_wrench_over_step, wrench_from_motion};
 use super::simulator::{BlackBox, check_cancelled};
 use nalgebra::Vector6;

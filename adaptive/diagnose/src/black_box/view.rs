@@ -1,8 +1,8 @@
 //! A linearised simulator as the score test sees it.
 
 use super::likelihood::PathLikelihood;
+use crate::linearisation::{Linearisation, Start};
 use crate::proposals::has_shape;
-use crate::screen::{Linearisation, Start};
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Coordinates, Fit, InferError};
 use trundle_model::{Effect, Kind, Model};

@@ -1,6 +1,8 @@
 //! Experiments for two model files, with or without a recording.
 
-use super::{CompetingModel, Experiment, Limits, Setup, experiment};
+use super::competing_model::CompetingModel;
+use super::experiment::{Experiment, experiment};
+use super::setup::{Limits, Setup};
 use crate::nominal::under_test;
 use trundle_infer::{Comparison, FitOptions, InferError, Watch, fit};
 use trundle_model::{Body, Model, Posterior};

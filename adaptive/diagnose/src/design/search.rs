@@ -5,14 +5,12 @@ use super::library::{coarse_grid, neighbours};
 use super::push::Push;
 use super::separation::{QuadraticMisfit, refit};
 use super::setup::{Instruments, Setup};
-use super::synthetic::{scaled_to_limits, simulate_push};
+use super::synthetic::{RANKING_RATE_HZ, scaled_to_limits, simulate_push};
 use rayon::prelude::*;
 use trundle_infer::{InferError, Watch, open_loop};
 use trundle_model::Plant;
 use trundle_record::Prepared;
 
-/// Rate of poses for ranking pushes, Hz: six of the filter's longest steps between poses.
-pub(super) const RANKING_RATE_HZ: f64 = 21.0;
 /// Shares of the maximum duration, tried until a push respects all limits.
 const DURATION_SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 /// Minimum relative gain of utility for a neighbour to replace the best push.

@@ -1,11 +1,13 @@
 //! Noise-free synthetic recordings of a push.
 
 use super::push::Push;
-use super::search::RANKING_RATE_HZ;
 use super::setup::{Instruments, Setup, extent};
 use trundle_infer::{InferError, open_loop};
 use trundle_model::Plant;
 use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
+
+/// Rate of poses for ranking pushes, Hz: six of the filter's longest steps between poses.
+pub(super) const RANKING_RATE_HZ: f64 = 21.0;
 
 /// Time at rest before contact, s.
 const REST_S: f64 = 0.4;

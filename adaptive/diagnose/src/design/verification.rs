@@ -1,10 +1,10 @@
 //! Verification of a designed push with another simulator.
 
+use super::experiment::{Experiment, PlannedPush, assemble};
 use super::instructions::instructions;
 use super::search::MIN_SEPARATION_NATS;
 use super::setup::Setup;
 use super::synthetic::{PosePredictor, resting_episode, scaled_to_limits, with_poses};
-use super::{Experiment, PlannedPush, assemble};
 use trundle_infer::InferError;
 use trundle_record::Prepared;
 

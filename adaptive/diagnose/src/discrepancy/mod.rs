@@ -6,6 +6,7 @@
 //! improves simulations of episodes that it was not fitted to, one second ahead and over the whole episode. It
 //! predicts but explains nothing.
 
+mod fitter;
 mod regression;
 #[cfg(test)]
 mod tests;
@@ -13,14 +14,12 @@ mod training_set;
 mod validation;
 
 use crate::lack_of_fit::LackOfFit;
+use fitter::Fitter;
 use rayon::prelude::*;
 use regression::Regression;
-use std::sync::Arc;
 use training_set::TrainingSet;
-use trundle_infer::{
-    Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Watch, fit, on_all_cores,
-};
-use trundle_model::{Axes, Discrepancy, Input, Model};
+use trundle_infer::{Channels, Comparison, Fit, InferError, Watch, on_all_cores};
+use trundle_model::{Axes, Input, Model};
 use trundle_record::Dataset;
 use validation::Validation;
 
@@ -56,9 +55,6 @@ const MAX_ERROR_OVER_BEST: f64 = 1.25;
 /// Minimum number of training episodes for leave-one-out validation.
 const MIN_EPISODES: usize = 3;
 
-/// Maximum number of optimiser steps of a refit of the parameters.
-const MAX_REFIT_STEPS: usize = 60;
-
 /// Fits the discrepancy wrench that predicts best and adds it to the nominal model; `None` if none passes the
 /// validation.
 ///
@@ -85,49 +81,6 @@ pub(crate) fn fit_discrepancy(
         let rounds = validation.rounds(&best)?;
         rounds.map(|rounds| fitter.fit(None, &best, rounds)).transpose().map(Option::flatten)
     })
-}
-
-/// Data and settings for fits of a discrepancy.
-struct Fitter<'a> {
-    data: &'a Dataset,
-    /// Nominal model with free parameters.
-    nominal: &'a Model,
-    /// Likelihood whose noise includes the random walk that the discrepancy leaves.
-    motion: &'a MotionLikelihood,
-    /// Fit of the nominal model.
-    fit: &'a Fit,
-    watch: &'a dyn Watch,
-}
-
-impl Fitter<'_> {
-    /// Fits the wrench to all training episodes or all but one, then the parameters and the wrench alternately for
-    /// `rounds` rounds. Without these rounds, the bias of the parameters due to the discrepancy remains.
-    fn fit(&self, without: Option<usize>, by: &Regression, rounds: usize) -> Result<Option<Fit>, InferError> {
-        let motion = self.motion.only(|k| Some(k) != without);
-        let Some(unnamed) = by.discrepancy(without) else { return Ok(None) };
-        let mut best = with_discrepancy(self.fit, unnamed);
-        for _ in 0..rounds {
-            let mut bare = self.refitted(&motion, &best)?;
-            bare.model.discrepancy = None;
-            let updated = TrainingSet::new(&motion, &bare)?
-                .and_then(|training| by.relinearised(&training)?.discrepancy(None));
-            let Some(unnamed) = updated else { break };
-            best = with_discrepancy(&bare, unnamed);
-        }
-        Ok(Some(best))
-    }
-
-    /// Refits the parameters with the discrepancy wrench of `from`.
-    fn refitted(&self, motion: &MotionLikelihood, from: &Fit) -> Result<Fit, InferError> {
-        let model = Model { discrepancy: from.model.discrepancy.clone(), ..self.nominal.clone() };
-        let options = FitOptions {
-            starts: 0,
-            distant_starts: false,
-            local_steps: Some(MAX_REFIT_STEPS),
-            ..FitOptions::default()
-        };
-        fit(motion, &model, std::slice::from_ref(&from.values), &options, self.watch)
-    }
 }
 
 /// The candidate with the fewest inputs among those whose validation error is close to the smallest.
@@ -173,11 +126,4 @@ fn best_width(training: &TrainingSet, inputs: &[Input], axes: Axes) -> Option<Re
         }
     }
     best
-}
-
-/// Adds a discrepancy wrench to the model of a fit.
-fn with_discrepancy(fit: &Fit, unnamed: Discrepancy) -> Fit {
-    let mut fit = fit.clone();
-    fit.model.discrepancy = Some(Arc::new(unnamed));
-    fit
 }

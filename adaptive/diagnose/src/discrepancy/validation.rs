@@ -1,6 +1,6 @@
 //! Leave-one-episode-out validation of a discrepancy wrench, one second ahead and over whole episodes.
 
-use super::Fitter;
+use super::fitter::Fitter;
 use super::regression::Regression;
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, score};

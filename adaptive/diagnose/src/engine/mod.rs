@@ -1,110 +1,31 @@
 //! Interface between a diagnosis and a simulation: trundle's own plant ([`Own`]) or a black-box simulator
 //! ([`crate::black_box`]). Search, decision and answer use no other property of the simulation.
 
-mod own;
+pub(crate) mod own;
 
-use crate::answer::{Channels, Parameter};
+use crate::answer::Channels;
 use crate::best_subset::{EffectSet, best_sets};
-use crate::black_box::Basis;
 use crate::block_bootstrap::PredictedSamples;
 use crate::contact_candidates::contact_candidates;
 use crate::design::{Certificate, Experiment};
+use crate::fitted_model::{Effort, FittedModel, Job};
 use crate::lack_of_fit::LackOfFit;
+use crate::linearisation::{Linearisation, Start};
 use crate::locate::Located;
+use crate::missing_wrenches::{MissingWrenches, Wrench};
+use crate::parameter::Parameter;
 use crate::periods::in_position;
 use crate::predictive_check::PredictiveCheck;
 use crate::proposals::Hints;
-use crate::screen::{Linearisation, Screen, ScreenOptions, Start};
-use crate::series::{MissingWrenches, Wrench};
+use crate::screen::{Screen, ScreenOptions};
 use std::collections::BTreeMap;
-use trundle_infer::{Fit, InferError, Likelihood, Residual, Score, Watch, on_all_cores};
-use trundle_model::{Effect, Kind, Model, Proposal};
+use trundle_infer::{InferError, Likelihood, Residual, Score, Watch, on_all_cores};
+use trundle_model::{Kind, Model};
 use trundle_record::{Dataset, Prepared};
-
-pub(crate) use own::Own;
-
-/// A fitted model: the nominal model with some effects added.
-#[derive(Clone)]
-pub(crate) struct FittedModel {
-    pub added: Vec<Effect>,
-    pub fit: Fit,
-    /// The linearisation of a black-box simulator for this fit; `None` for trundle's own plant.
-    pub basis: Option<Basis>,
-    /// Log prior probability of its effects relative to no effect.
-    pub log_prior: f64,
-    /// Whether a repeated search of its effects' shapes found no better ones.
-    pub is_settled: bool,
-}
-
-impl FittedModel {
-    /// A new fit; the search sets the prior.
-    pub fn new(added: Vec<Effect>, fit: Fit, basis: Option<Basis>) -> Self {
-        Self { added, fit, basis, log_prior: 0.0, is_settled: false }
-    }
-}
-
-/// A fit to be made: effects to add, and starting values of all slots.
-#[derive(Clone)]
-pub(crate) struct Job {
-    pub added: Vec<Effect>,
-    pub warm: Vec<Vec<f64>>,
-    /// Cost of the model that it starts from.
-    pub from: f64,
-    /// Noise of that model.
-    pub channels: trundle_infer::Channels,
-    /// Linearisation of that model.
-    pub basis: Option<Basis>,
-}
-
-impl Job {
-    /// A fit that starts from a model.
-    pub fn from(model: &FittedModel, added: Vec<Effect>, warm: Vec<Vec<f64>>) -> Self {
-        let (fit, basis) = (&model.fit, model.basis.clone());
-        Self { added, warm, from: fit.cost, channels: fit.channels, basis }
-    }
-}
-
-/// Most Levenberg–Marquardt steps of a fit to the optimum, and of a refit that starts a fraction of a
-/// standard deviation from its optimum.
-pub(crate) const MAX_FIT_STEPS: usize = 60;
-pub(crate) const MAX_REFIT_STEPS: usize = 6;
-
-/// How far a fit is continued.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effort {
-    /// A few steps, to exclude poor models.
-    Screening,
-    /// One or two more steps, to rank models.
-    Ranking,
-    /// To the optimum.
-    Full,
-}
-
-impl Effort {
-    /// Most steps.
-    pub fn steps(self) -> usize {
-        match self {
-            Self::Screening => 8,
-            Self::Ranking => 2,
-            Self::Full => MAX_FIT_STEPS,
-        }
-    }
-
-    /// Most estimates of the noise, if the recording does not state it. Missing effects count as noise at
-    /// first, so that a law that acts briefly gains only after the noise is estimated again.
-    pub fn noise_rounds(self) -> usize {
-        if self == Self::Full { 2 } else { 1 }
-    }
-}
 
 /// A callback that receives a linearised model and the missing wrench along the episodes.
 pub(crate) type Inspector<'l> =
     dyn FnMut(&dyn Linearisation, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
-
-/// Whether any of the kinds is proposed from the missing wrench along the episodes.
-pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
-    kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::ContactCandidate | Proposal::Period))
-}
 
 /// A simulation, and its comparison with the training episodes of a recording.
 pub(crate) trait Engine: Sync {

@@ -1,16 +1,20 @@
 //! Trundle's own plant as the nominal model.
 
-use super::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_courses};
-use crate::answer::{Channels, Parameter};
+use super::{Engine, Inspector};
+use crate::answer::Channels;
 use crate::block_bootstrap::{PredictedSamples, predicted_samples};
 use crate::candidates::candidates;
 use crate::design::{Certificate, CompetingModel, Experiment, Limits, Setup, certificate, experiment};
 use crate::discrepancy::fit_discrepancy;
+use crate::fitted_model::{Effort, FittedModel, Job, MAX_REFIT_STEPS};
 use crate::lack_of_fit::{LackOfFit, lack_of_fit, motion_lack_of_fit};
 use crate::locate::{Located, locate, misfit_shares};
+use crate::missing_wrenches::{MissingWrenches, Wrench};
 use crate::nominal::{as_given, given_values, parameters, under_test};
+use crate::parameter::Parameter;
 use crate::predictive_check::{PredictiveCheck, predictive_check};
-use crate::series::{MissingWrenches, Wrench, wrenches};
+use crate::proposals::needs_courses;
+use crate::series::wrenches;
 use crate::units;
 use std::collections::BTreeMap;
 use trundle_infer::{

@@ -1,7 +1,7 @@
 //! Points on the object at which a missing force acts.
 
-use super::RankedPlace;
 use super::lines_of_action::LinesOfAction;
+use super::places::RankedPlace;
 use super::score_test::{Column, ScoreTest, force_at, velocity_at};
 use rayon::prelude::*;
 use trundle_infer::Residual;

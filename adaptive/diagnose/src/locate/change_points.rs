@@ -4,7 +4,7 @@
 //! it than by constant ones (a local test as by Benveniste, Basseville & Moustakides 1987). The test uses the
 //! smoothed residual, which is linear in damping and mass for changes of any size.
 
-use super::ScanData;
+use super::scan_data::ScanData;
 use super::score_test::{Column, minus_log10_p};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! Regions of the floor that exert a drag on the object's contact points.
 
-use super::Region;
+use super::places::Region;
 use super::score_test::{Column, ScoreTest, force_at, minus_log10_p, velocity_at};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

@@ -11,7 +11,9 @@ mod floor;
 mod knots;
 mod lines_of_action;
 mod misfit_shares;
+mod places;
 mod regime;
+mod scan_data;
 mod score_test;
 mod windows;
 
@@ -20,8 +22,8 @@ mod tests;
 
 use crate::answer::{Channels as Shares, Mismatch, Window};
 use crate::lack_of_fit::LackOfFit;
-use knots::Knots;
-use score_test::ScoreTest;
+use places::{RankedPlace, Region};
+use scan_data::ScanData;
 use trundle_infer::{Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Quiet, Residual};
 use trundle_model::{Body, Model};
 use trundle_record::Prepared;
@@ -33,53 +35,6 @@ pub(crate) use misfit_shares::misfit_shares;
 
 /// The missing wrench along each episode, object axes.
 pub(crate) type Residuals = Vec<Vec<Residual>>;
-
-/// A candidate place with its rank.
-#[derive(Clone, Debug)]
-pub(crate) struct RankedPlace {
-    /// Coordinates in the object frame or in the world, depending on the list, m.
-    pub at: [f64; 2],
-    /// Standard deviations, m; infinite if unknown.
-    pub sd: [f64; 2],
-    /// Log likelihood, up to a constant per list.
-    pub strength: f64,
-    /// Remaining share of the squared moment about the place.
-    pub residual_share: f64,
-    /// Whether the place is not on the bounds of the search.
-    pub is_inside: bool,
-}
-
-/// A region of the floor.
-#[derive(Clone, Debug)]
-pub(crate) struct Region {
-    /// Convex polygon, counter-clockwise, world, m.
-    pub polygon: Vec<[f64; 2]>,
-    /// χ² of a common viscous drag inside the region.
-    pub chi_square: f64,
-    /// Share of the visited cells.
-    pub share: f64,
-}
-
-/// Data that all scans share.
-pub(crate) struct ScanData {
-    pub score_test: ScoreTest,
-    pub knots: Vec<Knots>,
-    /// χ² that any missing wrench explains.
-    pub total: f64,
-}
-
-impl ScanData {
-    fn new(
-        motion: &MotionLikelihood,
-        fit: &Fit,
-        residuals: &[Vec<Residual>],
-    ) -> Result<Option<Self>, InferError> {
-        let Some(score_test) = ScoreTest::new(motion, fit, residuals)? else { return Ok(None) };
-        let knots = knots::knots(&score_test);
-        let total = knots::explainable_chi_square(&knots);
-        Ok(Some(Self { score_test, knots, total }))
-    }
-}
 
 /// Results of the scans: the mismatch for the answer, and starts for the search. Lists are ranked, best first,
 /// and empty if nothing is significant.

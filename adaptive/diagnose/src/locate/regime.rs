@@ -6,8 +6,10 @@
 //! the part of the motion in which the missing wrench is large: just after contact, at low speed or at high
 //! speed.
 
+use super::change_points::ChangePoint;
+use super::places::Region;
+use super::scan_data::ScanData;
 use super::score_test::ScoreTest;
-use super::{ChangePoint, Region, ScanData};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 use trundle_infer::Residual;

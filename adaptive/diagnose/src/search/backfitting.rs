@@ -5,8 +5,8 @@
 //! others, drops each effect once, and fits refinements.
 
 use super::{MAX_FURTHER_KINDS, Searcher, job, kinds, with_refinements};
-use crate::effect_report::with_kinds;
-use crate::engine::{FittedModel, Job};
+use crate::fitted_model::with_kinds;
+use crate::fitted_model::{FittedModel, Job};
 use crate::proposals::has_shape;
 use crate::thresholds::MIN_SIGNIFICANT_GAIN_NATS;
 use std::collections::BTreeSet;

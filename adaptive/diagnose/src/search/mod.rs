@@ -15,11 +15,13 @@ mod sets;
 mod start;
 
 use crate::candidates::name;
-use crate::effect_report::with_kinds;
-use crate::engine::{Effort, Engine, FittedModel, Job};
+use crate::engine::Engine;
+use crate::fitted_model::with_kinds;
+use crate::fitted_model::{Effort, FittedModel, Job};
 use crate::lack_of_fit::LackOfFit;
+use crate::linearisation::Start;
 use crate::locate::Located;
-use crate::screen::{ScreenOptions, Start};
+use crate::screen::{MIN_SCREEN_GAIN_NATS, ScreenOptions};
 use crate::thresholds::MIN_MATERIAL_ERROR_RATIO;
 use effects::{have_same_effects, kinds, with_refinements};
 use prior::log_prior;
@@ -30,18 +32,6 @@ use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, Watch, on_all_cores, transferred_values};
 use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model};
 
-impl FittedModel {
-    /// Log evidence plus log prior, up to a constant.
-    pub fn log_weight(&self) -> f64 {
-        self.fit.log_evidence + self.log_prior
-    }
-
-    /// Names of the added effects.
-    pub fn names(&self) -> Vec<&'static str> {
-        self.added.iter().map(name).collect()
-    }
-}
-
 /// Result of the search: the fitted models, best first.
 pub(crate) struct SearchResult {
     pub tried: Vec<FittedModel>,
@@ -51,9 +41,7 @@ pub(crate) struct SearchResult {
     pub located: Located,
 }
 
-/// Promised gain below which a kind of effect is not fitted, nats: the least price of a prior. The first
-/// `ALWAYS_FITTED_KINDS` are always fitted.
-pub(crate) const MIN_SCREEN_GAIN_NATS: f64 = 5.0;
+/// Kinds that are always fitted, whatever their promised gain.
 const ALWAYS_FITTED_KINDS: usize = 3;
 /// Most kinds that are fitted in addition to the nominal model, and in addition to a larger model.
 const MAX_FIRST_KINDS: usize = 9;

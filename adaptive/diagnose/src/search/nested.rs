@@ -2,7 +2,9 @@
 //! the simpler optimum.
 
 use super::Searcher;
-use crate::engine::{Effort, Engine, FittedModel, Own};
+use crate::engine::Engine;
+use crate::engine::own::Own;
+use crate::fitted_model::{Effort, FittedModel};
 use trundle_fixtures::{World, effect, locked};
 use trundle_infer::Quiet;
 use trundle_model::{Kind, Model};

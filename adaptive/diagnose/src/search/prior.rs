@@ -1,6 +1,6 @@
 //! Prior over sets of effects, and posterior over the tried models.
 
-use crate::engine::FittedModel;
+use crate::fitted_model::FittedModel;
 
 /// Prior probability that a simulation lacks an effect, and that one with a missing effect lacks another.
 const P_MISSING_EFFECT: f64 = 0.05;

@@ -7,7 +7,7 @@
 
 use super::{MAX_EFFECTS, MAX_FIRST_KINDS, Searcher, with_free_parameters};
 use crate::best_subset::EffectSet;
-use crate::engine::{Effort, FittedModel, Job};
+use crate::fitted_model::{Effort, FittedModel, Job};
 use trundle_infer::{Channels, InferError};
 
 impl Searcher<'_> {
@@ -49,7 +49,8 @@ impl Searcher<'_> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use crate::engine::{Engine, Own};
+    use crate::engine::Engine;
+    use crate::engine::own::Own;
     use crate::search::{MAX_EFFECTS, Searcher, kinds};
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;

@@ -1,7 +1,7 @@
 //! Starting points of the fit of an effect: the Newton step of the score test, and shorter steps.
 
-use crate::engine::{FittedModel, Job};
-use crate::screen::Start;
+use crate::fitted_model::{FittedModel, Job};
+use crate::linearisation::Start;
 use trundle_model::{Effect, Role};
 
 /// Shares of the screen's Newton step from which a fit starts.

@@ -1,6 +1,7 @@
 //! Inputs and outputs of the regressions.
 
-use super::{StateVector, Transition};
+use super::predictor::StateVector;
+use super::transitions::Transition;
 use trundle_model::{to_body, to_world};
 
 /// Maximum number of features.

@@ -1,6 +1,6 @@
 //! Transitions from recordings, for regressions on the same data as a fit.
 
-use super::Transition;
+use super::transitions::Transition;
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Maximum duration of a transition relative to the requested one; longer intervals are gaps.

@@ -1,7 +1,11 @@
 //! Linear regression, the paper's LR: sample-efficient, and exact only for linear objects.
 
+use super::checks::check;
+use super::error::BaselineError;
+use super::features::Features;
 use super::features::Scale;
-use super::{BaselineError, Features, Predictor, StateVector, Transition, check};
+use super::predictor::{Predictor, StateVector};
+use super::transitions::Transition;
 use nalgebra::DMatrix;
 
 /// Relative tolerance below which singular values count as zero.

@@ -7,8 +7,12 @@
 //! Atkeson, Moore, Schaal 1997 (the paper's \[21\]). The kernel widths `h`, one for each group of features,
 //! and the ridge λ minimise the leave-one-out error on the training data, pooled over the channels.
 
+use super::checks::check;
+use super::error::BaselineError;
+use super::features::Features;
 use super::features::{MAX_FEATURES, Scale};
-use super::{BaselineError, Features, Predictor, StateVector, Transition, check};
+use super::predictor::{Predictor, StateVector};
+use super::transitions::Transition;
 use rayon::prelude::*;
 
 /// Candidate kernel widths, in standard deviations of a feature; the last one makes the fit global.

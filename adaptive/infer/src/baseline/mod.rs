@@ -4,30 +4,24 @@
 //! paper's baselines for `x' = f(x, u)`: linear and locally weighted regression. [`Plant`] is a physical
 //! model with the same interface. [`r2`] scores all of them.
 
+mod checks;
+mod error;
 mod features;
 mod from_episode;
 mod linear;
 mod local;
+mod predictor;
 mod transitions;
 
+pub use error::BaselineError;
 pub use features::Features;
 pub use from_episode::transitions_of;
 pub use linear::Linear;
 pub use local::Local;
+pub use predictor::{Predictor, StateVector};
 pub use transitions::{Pushes, SigmaReading, Transition, hold, noisy, transitions};
 
-use thiserror::Error;
-use trundle_model::{ModelError, Plant};
-
-/// Pose and twist of an object in the world: `[m, m, rad, m/s, m/s, rad/s]`.
-pub type StateVector = [f64; 6];
-
-/// Predicts the next state under a constant wrench.
-pub trait Predictor {
-    /// State `dt` seconds after `x` under the wrench `u` (`[N, N, N·m]`, object axes about the object's
-    /// origin). The wrench is constant in object axes, so it rotates with the object.
-    fn predict(&self, x: &StateVector, u: &[f64; 3], dt: f64) -> StateVector;
-}
+use trundle_model::Plant;
 
 /// A physical model with its values in place: [`trundle_model::Model::plant`] at the values of a fit.
 impl Predictor for Plant<f64> {
@@ -71,52 +65,6 @@ pub fn r2_of(predicted: &[StateVector], after: &[StateVector]) -> f64 {
         }
     }
     channels.iter().sum::<f64>() / channels.len() as f64
-}
-
-/// Errors of regressions and of their data.
-#[derive(Debug, Error)]
-pub enum BaselineError {
-    /// The model is incomplete.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The data are empty.
-    #[error("no transitions to learn from: give at least one")]
-    Empty,
-    /// A value is invalid.
-    #[error("{name} = {value}: {remedy}")]
-    Value {
-        /// The argument, and the transition if it belongs to one.
-        name: String,
-        /// The given value.
-        value: f64,
-        /// What to give instead.
-        remedy: &'static str,
-    },
-}
-
-/// Checks that the data are not empty and all numbers are finite.
-fn check(data: &[Transition]) -> Result<(), BaselineError> {
-    if data.is_empty() {
-        return Err(BaselineError::Empty);
-    }
-    for (index, t) in data.iter().enumerate() {
-        let value = |what: &str, value, remedy| BaselineError::Value {
-            name: format!("transition {index}: {what}"),
-            value,
-            remedy,
-        };
-        if !(t.dt.is_finite() && t.dt > 0.0) {
-            return Err(value("dt", t.dt, "must be positive (s)"));
-        }
-        let parts =
-            [("state before", &t.before[..]), ("wrench", &t.wrench[..]), ("state after", &t.after[..])];
-        for (what, numbers) in parts {
-            if let Some(&bad) = numbers.iter().find(|v| !v.is_finite()) {
-                return Err(value(what, bad, "must be finite; leave the transition out"));
-            }
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

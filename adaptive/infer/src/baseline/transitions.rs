@@ -1,6 +1,7 @@
 //! Transitions of a simulated object: successive pushes with constant wrenches.
 
-use super::{BaselineError, StateVector};
+use super::error::BaselineError;
+use super::predictor::StateVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,7 +1,6 @@
 //! Innovation of one pose sample, and the correction that it implies.
 
-use super::STATES;
-use crate::covariance::{Belief, POSE_STATES, whitener};
+use crate::covariance::{Belief, POSE_STATES, STATES, whitener};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Innovation of one pose sample.

@@ -6,12 +6,13 @@
 
 mod initial_belief;
 mod innovation;
+mod linear;
 mod response;
 mod smooth;
 mod step;
 
 use crate::covariance::{
-    BASE_STATES, Belief, MOTION_STATES, Matrix, POSE_STATES, Vector, corrected, propagated,
+    BASE_STATES, Belief, MOTION_STATES, Matrix, POSE_STATES, STATES, Vector, corrected, propagated,
 };
 use crate::curve::Curve;
 use crate::{Channels, InferError, Track, track::Step};
@@ -26,8 +27,6 @@ pub use smooth::Residual;
 use smooth::{Stage, backward};
 pub(crate) use step::{advance, applied_wrench};
 
-/// Maximum number of states: pose, twist, wrench error and the laws' own states.
-pub(crate) const STATES: usize = BASE_STATES + MAX_INNER_STATES;
 /// Number of states without the pose.
 const NON_POSE_STATES: usize = BASE_STATES - POSE_STATES;
 

@@ -5,18 +5,15 @@
 //! deviation (Willsky & Jones 1976; de Jong & Penzer 1998). The response to any missing wrench requires one
 //! pass over the episode, so thousands of hypotheses cost no more than a fit.
 
-use super::Filter;
-use crate::Track;
 use crate::covariance::{Matrix, Vector};
 use nalgebra::{Matrix3, SMatrix, Vector3};
-use trundle_model::transport;
 
 /// Index of the first state of the reading's error.
 const FIRST_ERROR_STATE: usize = 6;
 
 /// A filtered episode as a linear system.
 pub struct Response {
-    system: Box<dyn LinearSystem>,
+    pub(super) system: Box<dyn LinearSystem>,
     /// Whitened innovations, three for each pose sample. They are independent and standard normal under the
     /// correct model, and zero along blocked directions.
     pub innovations: Vec<f64>,
@@ -40,17 +37,17 @@ impl Response {
 }
 
 /// A linear system with any number of states.
-trait LinearSystem: Send + Sync {
+pub(super) trait LinearSystem: Send + Sync {
     fn respond(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64>;
 }
 
 /// One step of the linear system.
-struct Stage<const N: usize> {
-    transition: Matrix<N>,
+pub(super) struct Stage<const N: usize> {
+    pub transition: Matrix<N>,
     /// Map from a missing wrench, object axes, to the error of the reading.
-    error_map: Matrix3<f64>,
+    pub error_map: Matrix3<f64>,
     /// Gain and whitener of the pose measured at the end of the step.
-    seen: Option<(SMatrix<f64, N, 3>, Matrix3<f64>)>,
+    pub seen: Option<(SMatrix<f64, N, 3>, Matrix3<f64>)>,
 }
 
 impl<const N: usize> LinearSystem for Vec<Stage<N>> {
@@ -83,39 +80,4 @@ impl<const N: usize> Stage<N> {
         }
         moved
     }
-}
-
-impl<const N: usize, const D: usize> Filter<N, D> {
-    /// The episode as a linear system; `None` if a number is not finite.
-    pub(super) fn linear(&self, track: &Track) -> Option<Response> {
-        let (mut stages, mut innovations) = (Vec::with_capacity(track.steps.len()), Vec::new());
-        let (mut middles, mut durations) = (Vec::new(), Vec::new());
-        let mut belief = self.initial_belief(track, &self.initial_inner(track)?);
-        let mut t = track.start;
-        for step in &track.steps {
-            let transition = self.predict(&mut belief, step, &track.curve);
-            middles.push(t + step.dt / 2.0);
-            durations.push(step.dt);
-            t += step.dt;
-            let mut seen = None;
-            if let Some(pose) = step.pose {
-                let innovation = self.observe(&belief, t, pose)?;
-                innovations.extend((innovation.whitener * innovation.error).iter());
-                seen = Some((innovation.gain, innovation.whitener));
-                self.update(&mut belief, &innovation);
-            }
-            stages.push(Stage { transition, error_map: error_map(step.frame)?, seen });
-        }
-        Some(Response { system: Box::new(stages), innovations, t: middles, dt: durations })
-    }
-}
-
-/// Map from a wrench on the object to the error of the reading, which has the opposite sign, in reading axes.
-fn error_map(frame: [f64; 3]) -> Option<Matrix3<f64>> {
-    let columns = [0, 1, 2].map(|k| {
-        let mut unit = [0.0; 3];
-        unit[k] = -1.0;
-        Vector3::from(transport(unit, frame))
-    });
-    Matrix3::from_columns(&columns).try_inverse()
 }

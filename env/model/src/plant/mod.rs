@@ -1,9 +1,6 @@
 //! A plant: a model with values for all parameters, ready to be stepped.
 
-mod step;
-
-pub use step::Precision;
-pub(crate) use step::twist_at;
+pub(crate) mod step;
 
 use crate::heading::Heading;
 use crate::implicit::ConstantMassMatrix;

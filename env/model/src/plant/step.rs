@@ -10,6 +10,7 @@
 //! It is of second order, L-stable, and does not overshoot where dry friction stops a body (`D = f/|v|`).
 
 use super::Plant;
+use crate::frames::twist_at;
 use crate::heading::Heading;
 use crate::implicit::MassMatrix;
 use crate::law::{Clock, GeneralisedForce, Rigid};
@@ -207,15 +208,4 @@ impl<T: Real> Plant<T> {
         };
         ([along(0), along(1), end], twist_at(after, [-to[0], -to[1]]), is_met)
     }
-}
-
-/// The twist of a body at a point offset by `[x, y]` from the point where `twist` is given.
-#[inline(always)]
-pub(crate) fn twist_at<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [T; 2]) -> [T; 3] {
-    let (px, py, turn) = (x.re(), y.re(), spin.re());
-    [
-        T::chained(vx.re() - turn * py, [(vx, 1.0), (spin, -py), (y, -turn)]),
-        T::chained(vy.re() + turn * px, [(vy, 1.0), (spin, px), (x, turn)]),
-        spin,
-    ]
 }

@@ -7,9 +7,9 @@ use crate::prepare::wrapped;
 
 use super::direction;
 use super::dynamics::fit;
+use super::finding::{Finding, Severity};
 use super::input::CheckInput;
 use super::wrench_fit::{MAX_SMALL_ROTATION_RAD, Mistake, WrenchFits, minimum};
-use super::{Finding, Severity};
 
 /// Unexplained share up to which a passive body explains the wrench.
 pub(crate) const MAX_UNEXPLAINED_SHARE: f64 = 0.3;
@@ -93,7 +93,9 @@ fn rotation(
     let quarter = quarter.rem_euclid(4.0) as i32;
     Some(match (mirrored, reversed, right, quarter) {
         (false, true, true, 2) => wrong_sign(input, fits),
-        (false, false, true, 2) if input.meta.wrench.contact == Contact::Point => wrong_sign(input, fits),
+        (false, false, true, 2) if input.data.meta.wrench.contact == Contact::Point => {
+            wrong_sign(input, fits)
+        }
         (false, true, true, 0) => finding(
             "sign",
             fits,
@@ -148,7 +150,7 @@ fn left_handed(fits: &WrenchFits, angle: f64, right: bool) -> Finding {
 }
 
 fn wrong_sign(input: &CheckInput, fits: &WrenchFits) -> Finding {
-    let (stated, other) = match input.meta.wrench.sign {
+    let (stated, other) = match input.data.meta.wrench.sign {
         Sign::OnObject => ("on_object", "on_sensor"),
         Sign::OnSensor => ("on_sensor", "on_object"),
     };

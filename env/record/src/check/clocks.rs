@@ -5,11 +5,12 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use crate::motion::Motion;
 use crate::prepare::{WrenchSample, median, median_step};
 
+use super::data::EpisodeData;
 use super::dynamics::WINDOWS_PER_EPISODE;
+use super::finding::{Finding, Severity};
 use super::group::grouped;
-use super::input::{CheckInput, EpisodeData};
+use super::input::CheckInput;
 use super::lags::{Lag, MAX_CONSTANT_LAG_RATIO};
-use super::{Finding, Severity};
 
 /// Unexplained share up to which estimated lags are reported.
 const MAX_UNEXPLAINED_SHARE: f64 = 0.3;
@@ -92,7 +93,7 @@ fn slower_step(input: &CheckInput) -> f64 {
         let wrench: Vec<f64> = episode.prepared.wrench.iter().map(|w| w.t).collect();
         Some(median_step(&poses)?.max(median_step(&wrench)?))
     };
-    median(input.episodes.iter().filter_map(steps)).unwrap_or(0.0)
+    median(input.data.episodes.iter().filter_map(steps)).unwrap_or(0.0)
 }
 
 fn constant_lag(lag: f64, sd: f64) -> Finding {
@@ -127,7 +128,7 @@ fn clock_drift(drift: f64, before: f64, after: f64) -> Finding {
 
 /// Episodes whose lag jumps, or differs from that of the other episodes.
 fn clock_jumps(input: &CheckInput, lag: &Lag) -> Vec<(f64, Finding)> {
-    let found = input.episodes.iter().zip(&lag.jumps).filter_map(|(episode, jump)| {
+    let found = input.data.episodes.iter().zip(&lag.jumps).filter_map(|(episode, jump)| {
         let size = if jump.window > 0 { jump.after - jump.before } else { jump.before - lag.constant.0 };
         let is_inside = (MIN_JUMP_WINDOWS..=WINDOWS_PER_EPISODE - MIN_JUMP_WINDOWS).contains(&jump.window);
         let min_gain = if jump.window == 0 { MIN_EPISODE_LAG_GAIN } else { MIN_JUMP_GAIN };
@@ -169,7 +170,7 @@ pub(crate) fn inertial_share(input: &CheckInput) -> Option<f64> {
 
 /// Subsampled rows of the regression: episode, time and regressors.
 fn rows(input: &CheckInput) -> Vec<(usize, f64, Row)> {
-    let all = input.episodes.iter().enumerate().flat_map(|(index, episode)| {
+    let all = input.data.episodes.iter().enumerate().flat_map(|(index, episode)| {
         let from = episode.prepared.contact - MARGIN_BEFORE_CONTACT_S;
         episode.motion.iter().filter(move |m| m.t >= from).map(move |m| (index, m.t, regressors(m)))
     });
@@ -198,7 +199,7 @@ fn misfit(input: &CheckInput, rows: &[(usize, f64, Row)], left_out: usize) -> Op
     let mut right = SMatrix::<f64, TERMS, 2>::zeros();
     let mut total = 0.0;
     for (index, t, row) in rows {
-        let Some(force) = force_at(&input.episodes[*index].prepared.wrench, *t) else { continue };
+        let Some(force) = force_at(&input.data.episodes[*index].prepared.wrench, *t) else { continue };
         let mut row = *row;
         row.rows_mut(0, left_out).fill(0.0);
         normal += row * row.transpose();
@@ -223,7 +224,7 @@ fn force_at(wrench: &[WrenchSample], t: f64) -> Option<SVector<f64, 2>> {
 
 /// Checks that poses and wrench overlap in time.
 pub(crate) fn overlap(input: &CheckInput) -> Vec<Finding> {
-    grouped(input.episodes.iter().filter_map(|episode| Some((0.0, disjoint(episode)?))).collect())
+    grouped(input.data.episodes.iter().filter_map(|episode| Some((0.0, disjoint(episode)?))).collect())
 }
 
 fn disjoint(episode: &EpisodeData) -> Option<Finding> {

@@ -3,8 +3,9 @@
 
 use crate::metadata::Sign;
 
-use super::input::{CheckInput, LoadSample};
-use super::{Finding, Severity};
+use super::data::LoadSample;
+use super::finding::{Finding, Severity};
+use super::input::CheckInput;
 
 /// A mistake in the force axes: the matrix that corrects it, and its description.
 struct AxesMistake {
@@ -38,15 +39,16 @@ const TIE_MARGIN: f64 = 0.1;
 
 /// Checks the sign of the wrench and the orientation of its axes.
 pub(crate) fn sign_and_axes(input: &CheckInput) -> Vec<Finding> {
-    let samples: Vec<LoadSample> = input.episodes.iter().flat_map(|episode| episode.load_samples()).collect();
+    let samples: Vec<LoadSample> =
+        input.data.episodes.iter().flat_map(|episode| episode.load_samples()).collect();
     let share = work_share(&samples, &IDENTITY);
     if samples.len() < MIN_MOVING_SAMPLES || share > MAX_SUSPICIOUS_WORK_SHARE {
         return vec![];
     }
     if share < MAX_REVERSED_WORK_SHARE {
-        return vec![wrong_sign(share, input.meta.wrench.sign)];
+        return vec![wrong_sign(share, input.data.meta.wrench.sign)];
     }
-    if input.meta.on_rail() {
+    if input.data.meta.on_rail() {
         return vec![];
     }
     wrong_axes(&samples, share).into_iter().collect()

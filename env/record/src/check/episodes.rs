@@ -1,9 +1,9 @@
 //! Check that all episodes show the same object.
 
 use super::dynamics::{NormalEquations, WINDOWS_PER_EPISODE, fit};
+use super::finding::{Finding, Severity};
 use super::input::CheckInput;
 use super::wrench_fit::MIN_STATED_MISFIT;
-use super::{Finding, Severity};
 
 /// Minimum number of episodes.
 const MIN_EPISODES: usize = 3;
@@ -53,5 +53,8 @@ pub(crate) fn other_object(input: &CheckInput) -> Vec<Finding> {
     );
     let remedy = "remove the episode if another object or another gripper was recorded; otherwise check its poses and \
                   clock";
-    vec![Finding::new("episodes", Severity::Warning, sentence, remedy).in_episode(input.episodes[k].name())]
+    vec![
+        Finding::new("episodes", Severity::Warning, sentence, remedy)
+            .in_episode(input.data.episodes[k].name()),
+    ]
 }

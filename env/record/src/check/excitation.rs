@@ -1,8 +1,9 @@
 //! Checks of the excitation: force, motion, headings and accelerations.
 
 use super::clocks::inertial_share;
-use super::input::{CheckInput, EpisodeData};
-use super::{Finding, Severity};
+use super::data::EpisodeData;
+use super::finding::{Finding, Severity};
+use super::input::CheckInput;
 
 /// Minimum travel in standard deviations of the pose noise.
 const MIN_TRAVEL_SD: f64 = 10.0;
@@ -20,14 +21,14 @@ pub(crate) fn excitation(input: &CheckInput) -> Vec<Finding> {
 }
 
 fn no_force(input: &CheckInput) -> Option<Finding> {
-    let peak = input.peak_force();
-    (peak <= 5.0 * input.dataset.noise.force).then(|| {
+    let peak = input.data.peak_force();
+    (peak <= 5.0 * input.data.dataset.noise.force).then(|| {
         Finding::new(
             "force",
             Severity::Error,
             format!(
                 "no force exceeds the noise: the largest is {peak:.3} N, the noise {:.3} N",
-                input.dataset.noise.force
+                input.data.dataset.noise.force
             ),
             "record a push that exceeds the sensor noise, and check the unit of the force",
         )
@@ -43,8 +44,8 @@ fn travel(episode: &EpisodeData, sd: &[f64; 3]) -> f64 {
 }
 
 fn no_motion(input: &CheckInput) -> Option<Finding> {
-    let sd = &input.dataset.noise.pose;
-    let most = input.episodes.iter().map(|episode| travel(episode, sd)).fold(0.0, f64::max);
+    let sd = &input.data.dataset.noise.pose;
+    let most = input.data.episodes.iter().map(|episode| travel(episode, sd)).fold(0.0, f64::max);
     (most < MIN_TRAVEL_SD).then(|| {
         Finding::new(
             "motion",
@@ -56,10 +57,10 @@ fn no_motion(input: &CheckInput) -> Option<Finding> {
 }
 
 fn one_heading(input: &CheckInput) -> Option<Finding> {
-    if input.meta.on_rail() {
+    if input.data.meta.on_rail() {
         return None; // the heading cannot vary
     }
-    let headings = input.episodes.iter().flat_map(|episode| &episode.prepared.pose).map(|p| p.pose[2]);
+    let headings = input.data.episodes.iter().flat_map(|episode| &episode.prepared.pose).map(|p| p.pose[2]);
     let (low, high) = headings.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     (high - low < MIN_HEADING_RANGE_RAD).then(|| {
         Finding::new(
@@ -90,14 +91,14 @@ fn quasi_static(input: &CheckInput) -> Option<Finding> {
 }
 
 fn end_poses(input: &CheckInput) -> Option<Finding> {
-    let few = input.episodes.iter().filter(|episode| episode.motion.is_empty()).count();
+    let few = input.data.episodes.iter().filter(|episode| episode.motion.is_empty()).count();
     (few > 0).then(|| {
         Finding::new(
             "poses",
             Severity::Note,
             format!(
                 "{few} of {} episodes have fewer than five poses: their velocity is not estimated",
-                input.episodes.len()
+                input.data.episodes.len()
             ),
             "track the object during the push if possible",
         )

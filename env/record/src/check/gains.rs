@@ -3,9 +3,9 @@
 use super::axes::{MAX_UNEXPLAINED_SHARE, evidence};
 use super::clocks::inertial_share;
 use super::dynamics::fit;
+use super::finding::{Finding, Severity};
 use super::input::CheckInput;
 use super::wrench_fit::{Mistake, WrenchFits};
-use super::{Finding, Severity};
 
 /// Minimum gain of the torque, or inverse gain, that is a mistake of units.
 const MIN_TORQUE_GAIN: f64 = 2.0;
@@ -110,7 +110,7 @@ pub(crate) fn gains(input: &CheckInput) -> Vec<Finding> {
     if let Some(gain) = torque_gain(fits) {
         return vec![torque_finding(fits, 1.0 / gain)];
     }
-    let (Some(stated), Some((mass, sd))) = (input.meta.object.mass, mass(fits)) else {
+    let (Some(stated), Some((mass, sd))) = (input.data.meta.object.mass, mass(fits)) else {
         return vec![];
     };
     let log_ratio = (mass / stated).ln().abs();

@@ -3,9 +3,10 @@
 use crate::episode::Gripper;
 use crate::prepare::median_step;
 
+use super::data::EpisodeData;
+use super::finding::{Finding, Severity};
 use super::group::grouped;
-use super::input::{CheckInput, EpisodeData};
-use super::{Finding, Severity};
+use super::input::CheckInput;
 
 /// Minimum length of a drop-out in median steps.
 const MIN_STEPS: f64 = 5.0;
@@ -21,9 +22,9 @@ const MIN_RUN_LENGTH_RATIO: f64 = 2.0;
 /// Checks all streams for drop-outs.
 pub(crate) fn gaps(input: &CheckInput) -> Vec<Finding> {
     let of = |name: &'static str, times: fn(&EpisodeData) -> Vec<f64>| {
-        let all: Vec<Vec<f64>> = input.episodes.iter().map(times).collect();
+        let all: Vec<Vec<f64>> = input.data.episodes.iter().map(times).collect();
         let found =
-            input.episodes.iter().zip(&all).filter_map(|(episode, t)| drop_out(name, episode, t, &all));
+            input.data.episodes.iter().zip(&all).filter_map(|(episode, t)| drop_out(name, episode, t, &all));
         grouped(found.collect())
     };
     let object = |episode: &EpisodeData| episode.raw.object().map_or(vec![], |s| s.t);

@@ -6,10 +6,11 @@ use trundle_model::Fixture;
 use crate::metadata::{Contact, Frame, Reference};
 use crate::prepare::{WrenchSample, median, quantile};
 
+use super::data::EpisodeData;
+use super::finding::{Finding, Severity};
 use super::gripper::frozen_travel;
 use super::group::grouped;
-use super::input::{CheckInput, EpisodeData};
-use super::{Finding, Severity};
+use super::input::CheckInput;
 
 /// Motion of a firm grasp in the object frame that noise explains, in standard deviations.
 const MAX_GRASP_MOTION_SD: f64 = 8.0;
@@ -26,7 +27,7 @@ const MAX_REACH_SIZES: f64 = 1.0;
 
 /// Whether the reference point of the readings is the gripper, so that their frames give its pose.
 fn is_referred_to_gripper(input: &CheckInput) -> bool {
-    input.reference() == Reference::Sensor && !input.meta.on_rail() && input.size > 0.0
+    input.data.reference() == Reference::Sensor && !input.data.meta.on_rail() && input.data.size > 0.0
 }
 
 /// Poses of the gripper in the object frame from contact on: x, y, angle.
@@ -36,7 +37,7 @@ fn gripper_poses(episode: &EpisodeData) -> Vec<[f64; 3]> {
 
 /// Wrench samples under load, split into separate grasps. A gripper without load may have released the object.
 fn grasps(input: &CheckInput, episode: &EpisodeData) -> Vec<Vec<WrenchSample>> {
-    let noise = &input.dataset.noise;
+    let noise = &input.data.dataset.noise;
     let is_loaded = |[x, y, torque]: [f64; 3]| {
         x.hypot(y) > MIN_LOAD_SD * noise.force || torque.abs() > MIN_LOAD_SD * noise.torque
     };
@@ -55,12 +56,12 @@ fn grasps(input: &CheckInput, episode: &EpisodeData) -> Vec<Vec<WrenchSample>> {
 
 /// Checks for a gripper that moves on the object although its contact is a grasp.
 pub(crate) fn slip(input: &CheckInput) -> Vec<Finding> {
-    if !is_referred_to_gripper(input) || input.meta.wrench.contact != Contact::Grasp {
+    if !is_referred_to_gripper(input) || input.data.meta.wrench.contact != Contact::Grasp {
         return vec![];
     }
     let firm = |episode: &&EpisodeData| frozen_travel(input, episode).is_none();
     let episodes: Vec<_> =
-        input.episodes.iter().filter(firm).map(|episode| (episode, grasps(input, episode))).collect();
+        input.data.episodes.iter().filter(firm).map(|episode| (episode, grasps(input, episode))).collect();
     let all: Vec<&[WrenchSample]> =
         episodes.iter().flat_map(|(_, grasps)| grasps.iter().map(Vec::as_slice)).collect();
     let Some(motions) = residual_motions(&all) else { return vec![] };
@@ -72,9 +73,10 @@ pub(crate) fn slip(input: &CheckInput) -> Vec<Finding> {
 }
 
 fn slip_finding(input: &CheckInput, episode: &EpisodeData, motion: f64) -> Option<(f64, Finding)> {
-    let sd = input.dataset.noise.pose;
-    let arm = sd[2] * input.size; // noise of the heading also moves the grasp
-    let tolerated = (MAX_GRASP_MOTION_SD * (sd[0].max(sd[1]) + arm)).max(MAX_GRASP_MOTION_SHARE * input.size);
+    let sd = input.data.dataset.noise.pose;
+    let arm = sd[2] * input.data.size; // noise of the heading also moves the grasp
+    let tolerated =
+        (MAX_GRASP_MOTION_SD * (sd[0].max(sd[1]) + arm)).max(MAX_GRASP_MOTION_SHARE * input.data.size);
     (motion > tolerated + asynchrony(episode)).then(|| {
         let sentence =
             format!("wrench.contact is \"grasp\", but the gripper moves by {:.0} mm on the object", 1e3 * motion);
@@ -162,15 +164,17 @@ fn asynchrony(episode: &EpisodeData) -> f64 {
 
 /// Checks for a gripper that is too far from the footprint during contact.
 pub(crate) fn out_of_reach(input: &CheckInput) -> Vec<Finding> {
-    if !is_referred_to_gripper(input) || input.meta.wrench.frame == Frame::Object {
+    if !is_referred_to_gripper(input) || input.data.meta.wrench.frame == Frame::Object {
         return vec![];
     }
     let distance = |episode: &EpisodeData| {
         let frames = gripper_poses(episode);
-        median(frames.iter().map(|f| distance_from_shape(&input.dataset.body.fixtures, [f[0], f[1]])))
+        median(frames.iter().map(|f| distance_from_shape(&input.data.dataset.body.fixtures, [f[0], f[1]])))
     };
-    let far = |episode: &&EpisodeData| distance(episode).is_some_and(|d| d > MAX_REACH_SIZES * input.size);
+    let far =
+        |episode: &&EpisodeData| distance(episode).is_some_and(|d| d > MAX_REACH_SIZES * input.data.size);
     input
+        .data
         .episodes
         .iter()
         .filter(far)
@@ -183,7 +187,7 @@ fn reach_finding(input: &CheckInput, episode: &EpisodeData, distance: Option<f64
     let sentence = format!(
         "during contact the gripper is {:.3} m away from the footprint, whose size is {:.3} m",
         distance.unwrap_or(0.0),
-        input.size
+        input.data.size
     );
     let remedy = "check that footprint and poses are in metres, and that the footprint is given in the frame that the \
                   tracker reports";

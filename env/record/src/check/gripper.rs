@@ -4,9 +4,10 @@ use crate::episode::Gripper;
 use crate::metadata::Contact;
 use crate::prepare::{latest, quantile, relative_pose, wrapped};
 
+use super::data::EpisodeData;
+use super::finding::{Finding, Severity};
 use super::group::grouped;
-use super::input::{CheckInput, EpisodeData};
-use super::{Finding, Severity};
+use super::input::CheckInput;
 
 /// Minimum concentration (length of the mean direction) of the gripper's angle on the object, read as degrees.
 const MIN_CONCENTRATION_IN_DEGREES: f64 = 0.98;
@@ -45,11 +46,11 @@ fn range(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 /// Checks for gripper angles in degrees while those of the object are in radians.
 pub(crate) fn angles(input: &CheckInput) -> Vec<Finding> {
-    if input.meta.on_rail() {
+    if input.data.meta.on_rail() {
         return vec![];
     }
     let (mut radians, mut degrees, mut weight) = (0.0, 0.0, 0.0);
-    for episode in &input.episodes {
+    for episode in &input.data.episodes {
         let Some(Gripper::Level(_)) = episode.raw.gripper() else { continue };
         let pairs = pairs(episode);
         if range(pairs.iter().map(|(o, _)| o[2])) < MIN_ROTATION_RAD {
@@ -84,7 +85,7 @@ fn concentration(pairs: &[([f64; 3], [f64; 3])], scale: f64) -> f64 {
 
 /// Travel of the grasp point on the object while the gripper's pose is frozen, m; `None` if the pose is not frozen.
 pub(crate) fn frozen_travel(input: &CheckInput, episode: &EpisodeData) -> Option<f64> {
-    if input.meta.on_rail() || input.meta.wrench.contact != Contact::Grasp {
+    if input.data.meta.on_rail() || input.data.meta.wrench.contact != Contact::Grasp {
         return None;
     }
     let pairs = pairs(episode);
@@ -98,8 +99,8 @@ pub(crate) fn frozen_travel(input: &CheckInput, episode: &EpisodeData) -> Option
     let travel = |from: usize, to: usize, of: &dyn Fn(usize, usize) -> f64| {
         range((from..to).map(|i| of(i, 0))).hypot(range((from..to).map(|i| of(i, 1))))
     };
-    let sd = input.dataset.noise.pose;
-    let min_travel = (MIN_TRAVEL_SD * sd[0].max(sd[1])).max(MIN_TRAVEL_SIZES * input.size);
+    let sd = input.data.dataset.noise.pose;
+    let min_travel = (MIN_TRAVEL_SD * sd[0].max(sd[1])).max(MIN_TRAVEL_SIZES * input.data.size);
     // The whole push, its halves and its quarters, because a stream may freeze during the push.
     let parts = [1usize, 2, 4].into_iter().flat_map(|n| (0..n).map(move |k| (k, n)));
     parts
@@ -114,7 +115,7 @@ pub(crate) fn frozen_travel(input: &CheckInput, episode: &EpisodeData) -> Option
 
 /// Checks for a gripper pose that is not updated.
 pub(crate) fn frozen(input: &CheckInput) -> Vec<Finding> {
-    let found = input.episodes.iter().filter_map(|episode| {
+    let found = input.data.episodes.iter().filter_map(|episode| {
         let travel = frozen_travel(input, episode)?;
         let sentence = format!(
             "the gripper's pose is frozen while the grasp point on the object moves by {:.0} mm",

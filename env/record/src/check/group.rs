@@ -1,6 +1,6 @@
 //! Merging of equal findings in several episodes.
 
-use super::Finding;
+use super::finding::Finding;
 
 /// Maximum number of episodes that a merged finding lists by name.
 const MAX_LISTED_EPISODES: usize = 4;

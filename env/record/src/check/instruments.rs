@@ -1,8 +1,9 @@
 //! Checks of the instruments: saturated readings, lost signs and masked poses.
 
+use super::data::EpisodeData;
+use super::finding::{Finding, Severity};
 use super::group::grouped;
-use super::input::{CheckInput, EpisodeData};
-use super::{Finding, Severity};
+use super::input::CheckInput;
 
 /// Minimum number of equal extreme readings in a row. Noise makes even two unlikely.
 const MIN_SATURATED_SAMPLES: usize = 5;
@@ -17,12 +18,12 @@ const MIN_MASKED_SHARE_WARNING: f64 = 0.1;
 
 /// Checks for readings at the limit of the sensor's range.
 pub(crate) fn clipping(input: &CheckInput) -> Vec<Finding> {
-    if input.dataset.commanded {
+    if input.data.dataset.commanded {
         return vec![]; // commands repeat values
     }
-    let noise = &input.estimated_noise; // the data may not contain the stated noise
+    let noise = &input.data.estimated_noise; // the data may not contain the stated noise
     let per_axis = |(axis, sd): (&'static str, f64)| {
-        let found = input.episodes.iter().filter_map(move |episode| {
+        let found = input.data.episodes.iter().filter_map(move |episode| {
             let column = episode.raw.columns.get(axis)?;
             saturation(column, sd)
                 .map(|(value, n)| (n as f64, saturation_finding(axis, value, n).in_episode(episode.name())))
@@ -84,7 +85,7 @@ fn saturation_finding(axis: &str, value: f64, n: usize) -> Finding {
 
 /// Checks for many masked poses.
 pub(crate) fn masked(input: &CheckInput) -> Vec<Finding> {
-    grouped(input.episodes.iter().filter_map(masked_in).collect())
+    grouped(input.data.episodes.iter().filter_map(masked_in).collect())
 }
 
 fn masked_in(episode: &EpisodeData) -> Option<(f64, Finding)> {
@@ -112,10 +113,10 @@ const MIN_NEAR_ZERO_SAMPLES: usize = 20;
 
 /// Checks for components without their sign. Readings near zero have both signs because of the noise.
 pub(crate) fn unsigned(input: &CheckInput) -> Vec<Finding> {
-    let noise = &input.estimated_noise;
+    let noise = &input.data.estimated_noise;
     let axes = [("force_x", noise.force), ("force_y", noise.force), ("torque_z", noise.torque)];
     let unsigned = axes.into_iter().filter_map(|(axis, sd)| {
-        let values = || input.episodes.iter().filter_map(move |l| l.raw.columns.get(axis)).flatten();
+        let values = || input.data.episodes.iter().filter_map(move |l| l.raw.columns.get(axis)).flatten();
         let near = values().filter(|v| **v > 0.0 && **v < NEAR_ZERO_SD * sd).count();
         (near >= MIN_NEAR_ZERO_SAMPLES && !values().any(|v| *v < 0.0)).then_some((axis, near))
     });

@@ -4,9 +4,10 @@ use crate::episode::Gripper;
 use crate::metadata::Frame;
 use crate::prepare::{Noise, WrenchSample, median, quantile};
 
+use super::data::EpisodeData;
+use super::finding::{Finding, Severity};
 use super::group::grouped;
-use super::input::{CheckInput, EpisodeData};
-use super::{Finding, Severity};
+use super::input::CheckInput;
 
 /// Minimum difference between the halves of the interval without contact, in standard deviations.
 const MIN_CHANGE_SD: f64 = 6.0;
@@ -23,7 +24,7 @@ const MIN_EPISODES: usize = 4;
 
 /// Tared readings before contact along `axis` (force x, force y, torque). They do not change if the gripper tilts.
 fn tared(input: &CheckInput, episode: &EpisodeData, axis: usize) -> Vec<f64> {
-    let Some([start, end]) = input.meta.wrench.precontact(episode.name()) else { return vec![] };
+    let Some([start, end]) = input.data.meta.wrench.precontact(episode.name()) else { return vec![] };
     let inside = episode.prepared.wrench.iter().filter(|w| start <= w.t && w.t <= end);
     inside.map(|w| w.reading[axis]).collect()
 }
@@ -31,7 +32,7 @@ fn tared(input: &CheckInput, episode: &EpisodeData, axis: usize) -> Vec<f64> {
 /// Readings before contact along `axis` as recorded.
 fn untared(input: &CheckInput, episode: &EpisodeData, axis: usize) -> Vec<f64> {
     let (Some([start, end]), Some(wrench)) =
-        (input.meta.wrench.precontact(episode.name()), episode.raw.wrench())
+        (input.data.meta.wrench.precontact(episode.name()), episode.raw.wrench())
     else {
         return vec![];
     };
@@ -45,16 +46,16 @@ fn mean(values: &[f64]) -> f64 {
 
 /// Checks for a change of the load or a motion of the object in the interval without contact.
 pub(crate) fn load_before_contact(input: &CheckInput) -> Vec<Finding> {
-    if !input.meta.wrench.raw {
+    if !input.data.meta.wrench.raw {
         return vec![];
     }
     let finding = |episode: &EpisodeData| load_change(input, episode).or_else(|| motion(input, episode));
-    grouped(input.episodes.iter().filter_map(|episode| Some((0.0, finding(episode)?))).collect())
+    grouped(input.data.episodes.iter().filter_map(|episode| Some((0.0, finding(episode)?))).collect())
 }
 
 fn load_change(input: &CheckInput, episode: &EpisodeData) -> Option<Finding> {
-    let Noise { force, torque, .. } = input.dataset.noise;
-    let min_force = 0.02 * input.peak_force();
+    let Noise { force, torque, .. } = input.data.dataset.noise;
+    let min_force = 0.02 * input.data.peak_force();
     let step = |axis: usize| {
         let values = tared(input, episode, axis);
         let (early, late) = values.split_at(values.len() / 2);
@@ -63,7 +64,7 @@ fn load_change(input: &CheckInput, episode: &EpisodeData) -> Option<Finding> {
     let (x, y, z) = (step(0), step(1), step(2));
     let force_step = x.0.hypot(y.0);
     let is_loaded = force_step > (MIN_CHANGE_SD * force * x.1).max(min_force);
-    let is_turned = z.0.abs() > (MIN_CHANGE_SD * torque * z.1).max(min_force * input.size);
+    let is_turned = z.0.abs() > (MIN_CHANGE_SD * torque * z.1).max(min_force * input.data.size);
     (is_loaded || is_turned).then(|| {
         let sentence = format!(
             "the reading changes by {force_step:.2} N and {:.3} N m in the interval without contact: something touches the gripper",
@@ -76,17 +77,20 @@ fn load_change(input: &CheckInput, episode: &EpisodeData) -> Option<Finding> {
 const REMEDY: &str = "set wrench.precontact to an interval in which nothing touches the gripper, if necessary for each episode";
 
 fn motion(input: &CheckInput, episode: &EpisodeData) -> Option<Finding> {
-    let [start, end] = input.meta.wrench.precontact(episode.name())?;
-    let sd = input.dataset.noise.pose;
+    let [start, end] = input.data.meta.wrench.precontact(episode.name())?;
+    let sd = input.data.dataset.noise.pose;
     let poses: Vec<[f64; 3]> =
         episode.prepared.pose.iter().filter(|p| start <= p.t && p.t <= end).map(|p| p.pose).collect();
     let (early, late) = poses.split_at(poses.len() / 2);
     let center = |half: &[[f64; 3]], k: usize| mean(&half.iter().map(|p| p[k]).collect::<Vec<f64>>());
     let moved = |k: usize| (center(late, k) - center(early, k)).abs();
-    let drift =
-        [MAX_TRACKER_DRIFT_SIZES * input.size, MAX_TRACKER_DRIFT_SIZES * input.size, MAX_TRACKER_DRIFT_RAD];
+    let drift = [
+        MAX_TRACKER_DRIFT_SIZES * input.data.size,
+        MAX_TRACKER_DRIFT_SIZES * input.data.size,
+        MAX_TRACKER_DRIFT_RAD,
+    ];
     let has_moved = |k: usize| moved(k) > (MIN_CHANGE_SD * sd[k]).max(drift[k]);
-    if !input.meta.at_rest || early.is_empty() || !(0..3).any(has_moved) {
+    if !input.data.meta.at_rest || early.is_empty() || !(0..3).any(has_moved) {
         return None;
     }
     let sentence = format!(
@@ -100,19 +104,19 @@ fn motion(input: &CheckInput, episode: &EpisodeData) -> Option<Finding> {
 /// Checks for tares that differ from those of the other episodes. The offset of a sensor is constant, so such a tare was
 /// taken during contact.
 pub(crate) fn inconsistent(input: &CheckInput) -> Vec<Finding> {
-    if input.episodes.iter().any(|episode| matches!(episode.raw.gripper(), Some(Gripper::Tilting(_)))) {
+    if input.data.episodes.iter().any(|episode| matches!(episode.raw.gripper(), Some(Gripper::Tilting(_)))) {
         return vec![]; // the weight depends on the attitude
     }
     let means = |episode: &EpisodeData| [0, 1].map(|axis| mean(&untared(input, episode, axis)));
-    let tares: Vec<[f64; 2]> = input.episodes.iter().map(means).collect();
-    let Some(typical) = medians(&tares).filter(|_| input.meta.wrench.raw && tares.len() >= MIN_EPISODES)
+    let tares: Vec<[f64; 2]> = input.data.episodes.iter().map(means).collect();
+    let Some(typical) = medians(&tares).filter(|_| input.data.meta.wrench.raw && tares.len() >= MIN_EPISODES)
     else {
         return vec![];
     };
     let difference = |t: &[f64; 2]| (t[0] - typical[0]).hypot(t[1] - typical[1]);
     let spread = 1.5 * median(tares.iter().map(difference)).unwrap_or(0.0);
-    let limit = (MAX_TARE_DIFFERENCE_SD * spread).max(MAX_TARE_DIFFERENCE_SHARE * input.peak_force());
-    let deviating = input.episodes.iter().zip(&tares).filter(|(_, tare)| difference(tare) > limit);
+    let limit = (MAX_TARE_DIFFERENCE_SD * spread).max(MAX_TARE_DIFFERENCE_SHARE * input.data.peak_force());
+    let deviating = input.data.episodes.iter().zip(&tares).filter(|(_, tare)| difference(tare) > limit);
     let finding = |(episode, tare): (&EpisodeData, &[f64; 2])| {
         (difference(tare), tare_difference(difference(tare)).in_episode(episode.name()))
     };
@@ -141,18 +145,18 @@ const MIN_RESTING_SAMPLES: usize = 10;
 
 /// Checks for a missing tare: an equal nonzero reading in all episodes while the object is at rest.
 pub(crate) fn missing(input: &CheckInput) -> Vec<Finding> {
-    let wrench = &input.meta.wrench;
-    if wrench.raw || !input.meta.at_rest || input.meta.on_rail() || input.dataset.commanded {
+    let wrench = &input.data.meta.wrench;
+    if wrench.raw || !input.data.meta.at_rest || input.data.meta.on_rail() || input.data.dataset.commanded {
         return vec![];
     }
-    let Some(rests) = input.episodes.iter().map(at_rest).collect::<Option<Vec<[f64; 2]>>>() else {
+    let Some(rests) = input.data.episodes.iter().map(at_rest).collect::<Option<Vec<[f64; 2]>>>() else {
         return vec![];
     };
     let Some(offset) = medians(&rests).filter(|_| rests.len() >= 2) else { return vec![] };
     let size = offset[0].hypot(offset[1]);
     let spread = rests.iter().map(|r| (r[0] - offset[0]).hypot(r[1] - offset[1])).fold(0.0, f64::max);
-    let noise = input.estimated_noise.force / (MIN_RESTING_SAMPLES as f64).sqrt();
-    if size < (MIN_OFFSET_SD * noise).max(MIN_OFFSET_SHARE * input.peak_force())
+    let noise = input.data.estimated_noise.force / (MIN_RESTING_SAMPLES as f64).sqrt();
+    if size < (MIN_OFFSET_SD * noise).max(MIN_OFFSET_SHARE * input.data.peak_force())
         || spread > MAX_OFFSET_SPREAD * size + 3.0 * noise
     {
         return vec![];

@@ -4,9 +4,10 @@ use crate::episode::Gripper;
 use crate::metadata::{Contact, Reference};
 use crate::prepare::{latest, median, quantile, relative_pose};
 
+use super::data::EpisodeData;
+use super::finding::{Finding, Severity};
 use super::gains::{self, METRES_PER_INCH};
-use super::input::{CheckInput, EpisodeData};
-use super::{Finding, Severity};
+use super::input::CheckInput;
 
 /// Maximum plausible rotation, rad. A larger one is probably in degrees.
 const MAX_ROTATION_RAD: f64 = 13.0;
@@ -84,22 +85,23 @@ struct LengthEvidence {
 
 impl LengthEvidence {
     fn new(input: &CheckInput) -> Self {
-        let moving = input.episodes.iter().flat_map(|episode| &episode.motion);
+        let moving = input.data.episodes.iter().flat_map(|episode| &episode.motion);
         let speed = quantile(moving.map(|m| m.twist[0].hypot(m.twist[1])), 0.95).unwrap_or(0.0);
         let distance = |episode: &EpisodeData| {
             let in_contact = episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact);
             median(in_contact.map(|w| w.frame[0].hypot(w.frame[1])))
         };
-        let sensor = input.reference() == Reference::Sensor && !input.meta.on_rail();
-        let distance = median(input.episodes.iter().filter_map(distance)).filter(|_| sensor).unwrap_or(0.0);
-        let [low, high] = input.dataset.body.bounds();
+        let sensor = input.data.reference() == Reference::Sensor && !input.data.meta.on_rail();
+        let distance =
+            median(input.data.episodes.iter().filter_map(distance)).filter(|_| sensor).unwrap_or(0.0);
+        let [low, high] = input.data.dataset.body.bounds();
         let fits = input.wrench_fits.as_ref();
         Self {
-            size: input.size,
+            size: input.data.size,
             speed,
-            reach: if input.size > 0.0 { distance / (input.size / 2.0) } else { 0.0 },
+            reach: if input.data.size > 0.0 { distance / (input.data.size / 2.0) } else { 0.0 },
             mass: fits.and_then(gains::mass).map(|(mass, _)| mass),
-            stated_mass: input.meta.object.mass,
+            stated_mass: input.data.meta.object.mass,
             area: (high[0] - low[0]) * (high[1] - low[1]),
             gain: fits.and_then(gains::torque_gain),
         }
@@ -149,7 +151,7 @@ impl LengthEvidence {
 /// Checks for object angles in degrees: by the position of the gripper on the object if it is known, otherwise by the range
 /// of the angles.
 pub(crate) fn object_angles(input: &CheckInput) -> Vec<Finding> {
-    let is_grasp = input.meta.wrench.contact == Contact::Grasp;
+    let is_grasp = input.data.meta.wrench.contact == Contact::Grasp;
     let reason = |episode: &EpisodeData| match grasp_motion_ratio(episode).filter(|_| is_grasp) {
         Some(ratio) if ratio > MIN_GRASP_MOTION_RATIO => {
             Some("only then does the gripper keep its position on the object")
@@ -164,7 +166,7 @@ pub(crate) fn object_angles(input: &CheckInput) -> Vec<Finding> {
         let remedy = "multiply angles by π/180: the format uses radians";
         Some(Finding::new("units", Severity::Error, sentence, remedy).in_episode(episode.name()))
     };
-    input.episodes.iter().filter_map(finding).take(1).collect()
+    input.data.episodes.iter().filter_map(finding).take(1).collect()
 }
 
 /// Range of the heading, or its median absolute value if that is larger, rad.
@@ -205,15 +207,15 @@ pub(crate) fn torques(input: &CheckInput) -> Vec<Finding> {
     if input.wrench_fits.is_some() {
         return vec![]; // `gains` is more sensitive
     }
-    let loads = input.episodes.iter().flat_map(|episode| {
+    let loads = input.data.episodes.iter().flat_map(|episode| {
         episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact).map(|w| w.reading)
     });
     let loads: Vec<[f64; 3]> = loads.collect();
     let force = median(loads.iter().map(|r| r[0].hypot(r[1]))).unwrap_or(0.0);
     let torque = median(loads.iter().map(|r| r[2].abs())).unwrap_or(0.0);
-    if input.size <= 0.0
-        || force <= 3.0 * input.dataset.noise.force
-        || torque <= MAX_ARM_SIZES * force * input.size
+    if input.data.size <= 0.0
+        || force <= 3.0 * input.data.dataset.noise.force
+        || torque <= MAX_ARM_SIZES * force * input.data.size
     {
         return vec![];
     }
@@ -226,13 +228,15 @@ pub(crate) fn torques(input: &CheckInput) -> Vec<Finding> {
 
 /// Checks for stated noise in another unit than the data.
 pub(crate) fn noise(input: &CheckInput) -> Vec<Finding> {
-    let (Some(stated), estimated) = (&input.meta.noise, input.estimated_noise.pose) else { return vec![] };
-    let poses = input.episodes.iter().map(|episode| episode.prepared.pose.len().saturating_sub(4));
+    let (Some(stated), estimated) = (&input.data.meta.noise, input.data.estimated_noise.pose) else {
+        return vec![];
+    };
+    let poses = input.data.episodes.iter().map(|episode| episode.prepared.pose.len().saturating_sub(4));
     if poses.sum::<usize>() < MIN_POSES {
         return vec![]; // too few for an estimate
     }
     let names = ["x", "y", "theta"];
-    let axes = (0..3).filter(|&k| input.dataset.dof[k]);
+    let axes = (0..3).filter(|&k| input.data.dataset.dof[k]);
     let inconsistent = axes.filter(|&k| {
         estimated[k] > MAX_APPARENT_NOISE.max(MAX_ESTIMATED_NOISE_RATIO * stated.pose[k])
             || (estimated[k] > MIN_TRACKER_SD && stated.pose[k] > MAX_STATED_NOISE_RATIO * estimated[k])

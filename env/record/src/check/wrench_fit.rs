@@ -3,10 +3,10 @@
 
 use crate::metadata::{Contact, Frame, Reference};
 
+use super::data::RecordingData;
 use super::dynamics::{
     Blocks, Convention, Fit, LoadTransform, NormalEquations, Readings, WINDOWS_PER_EPISODE, fit, identity,
 };
-use super::input::CheckInput;
 use super::lags::{self, Lag};
 use crate::prepare::wrapped;
 
@@ -109,19 +109,19 @@ struct ConventionBlocks {
 }
 
 /// Fits the wrench and searches for a mistake; `None` if there is too little motion.
-pub(crate) fn fit_wrench(input: &CheckInput) -> Option<WrenchFits> {
-    let convention = Convention::stated(input);
-    let blocks = Blocks::new(input, convention);
+pub(crate) fn fit_wrench(data: &RecordingData) -> Option<WrenchFits> {
+    let convention = Convention::stated(data);
+    let blocks = Blocks::new(data, convention);
     if blocks.len() < MIN_BLOCKS {
         return None;
     }
-    let readings = Readings::new(input, |reading| *reading);
+    let readings = Readings::new(data, |reading| *reading);
     let stated = refined(&blocks, &readings, Mistake::None, 0.0);
     let mut all = vec![ConventionBlocks { convention, sum: NormalEquations::new(), blocks }];
-    for other in other_conventions(input, convention) {
+    for other in other_conventions(data, convention) {
         all.push(ConventionBlocks {
             convention: other,
-            blocks: Blocks::new(input, other),
+            blocks: Blocks::new(data, other),
             sum: NormalEquations::new(),
         });
     }
@@ -129,7 +129,7 @@ pub(crate) fn fit_wrench(input: &CheckInput) -> Option<WrenchFits> {
     for lag in if stated.lag == 0.0 { vec![0.0] } else { vec![0.0, stated.lag] } {
         all.iter_mut()
             .for_each(|rows| rows.sum = NormalEquations::sum(&rows.blocks.normal_equations(&readings, lag)));
-        let found = search(input, &all, &stated.fit);
+        let found = search(data, &all, &stated.fit);
         let rows = all.iter().find(|rows| rows.convention == found.convention(convention))?;
         let found = refined(&rows.blocks, &readings, found, lag);
         if found.fit.unexplained < best.fit.unexplained {
@@ -161,15 +161,15 @@ fn is_mistake(stated: &CorrectedFit, best: &CorrectedFit) -> bool {
 }
 
 /// Conventions other than the stated one.
-fn other_conventions(input: &CheckInput, stated: Convention) -> Vec<Convention> {
-    if input.meta.on_rail() {
+fn other_conventions(data: &RecordingData, stated: Convention) -> Vec<Convention> {
+    if data.meta.on_rail() {
         return vec![];
     }
     let mut others = vec![Convention { clockwise: true, ..stated }];
     for frame in [Frame::Sensor, Frame::Object, Frame::World] {
         for reference in [Reference::Sensor, Reference::Object] {
             let other = Convention { frame, reference, clockwise: false };
-            if other != stated && input.has_gripper() {
+            if other != stated && data.has_gripper() {
                 others.push(other);
             }
         }
@@ -193,7 +193,7 @@ fn refined(blocks: &Blocks, readings: &Readings, mistake: Mistake, lag: f64) -> 
 }
 
 /// The mistake whose correction minimises the unexplained share.
-fn search(input: &CheckInput, all: &[ConventionBlocks], start: &Fit) -> Mistake {
+fn search(data: &RecordingData, all: &[ConventionBlocks], start: &Fit) -> Mistake {
     let [stated, others @ ..] = all else { return Mistake::None };
     let share = |rows: &ConventionBlocks, mistake: &Mistake| {
         fit(&rows.sum, &mistake.correction(), &start.terms).unexplained
@@ -204,13 +204,13 @@ fn search(input: &CheckInput, all: &[ConventionBlocks], start: &Fit) -> Mistake 
             best = (mistake, share);
         }
     };
-    if input.meta.on_rail() {
+    if data.meta.on_rail() {
         let reversed = Mistake::Rotation { angle: std::f64::consts::PI, mirrored: false, reversed: true };
         consider(reversed, share(stated, &reversed));
         return best.0;
     }
     // A point contact transmits no torque whose sign could be wrong.
-    let signs: &[bool] = if input.meta.wrench.contact == Contact::Point { &[false] } else { &[false, true] };
+    let signs: &[bool] = if data.meta.wrench.contact == Contact::Point { &[false] } else { &[false, true] };
     let width = std::f64::consts::TAU / ANGLE_STEPS as f64;
     for mirrored in [false, true] {
         for &reversed in signs {

@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::{Arc, Mutex};
 
-use super::Motion;
+use super::state::Motion;
 use crate::prepare::{Noise, PoseSample};
 
 /// Cache of the smoothed and the filtered motion of an episode. Other poses or noise trigger a new estimate, also in a

@@ -9,6 +9,7 @@ mod intensity;
 mod kalman;
 mod low_pass;
 mod spikes;
+mod state;
 mod symmetric;
 
 use crate::prepare::{Noise, PoseSample};
@@ -18,24 +19,10 @@ use kalman::{Axis, Estimate};
 pub use low_pass::low_pass;
 use rayon::prelude::*;
 pub(crate) use spikes::spikes;
+pub use state::Motion;
 
 /// Minimum number of poses of an episode for an estimate of its velocity.
 pub const MIN_POSES_FOR_MOTION: usize = 5;
-
-/// Estimated motion of the object at one time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Motion {
-    /// Time, s.
-    pub t: f64,
-    /// x, y in m and theta in rad of the object frame in the world.
-    pub pose: [f64; 3],
-    /// Velocity of the origin of the object frame in world axes, m/s, and the angular velocity, rad/s.
-    pub twist: [f64; 3],
-    /// Time derivative of `twist`, m/s² and rad/s².
-    pub accel: [f64; 3],
-    /// Covariance of (pose, velocity, acceleration) for each axis (x, y, theta).
-    pub cov: [[[f64; 3]; 3]; 3],
-}
 
 /// Motion at each pose from all poses (fixed-interval smoother).
 ///

@@ -8,10 +8,13 @@ use crate::metadata::{Contact, Dof, Metadata, Source};
 use crate::motion::MotionCache;
 use crate::recording::Recording;
 
-use super::REST_MARGIN_S;
+use super::dataset::{Counts, Dataset, Prepared, REST_MARGIN_S};
+use super::noise::Noise;
+use super::options::Options;
 use super::reading::{MaskedStreams, Reader, Readings};
+use super::samples::{PoseSample, WrenchSample};
 use super::track::{PoseNoise, gaps};
-use super::{Counts, Dataset, Noise, Options, PoseSample, Prepared, WrenchSample, contact, mass, noise};
+use super::{contact, mass, noise};
 
 pub(crate) fn dataset(recording: &Recording, options: Options) -> Result<Dataset, Error> {
     let meta = &recording.metadata;

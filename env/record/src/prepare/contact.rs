@@ -2,7 +2,7 @@
 //!
 //! Contact begins with the first reading above its noise, or with a sustained load that is too weak to show in one reading.
 
-use super::PoseSample;
+use super::samples::PoseSample;
 use super::sampling::{median, median_step, quantile};
 
 /// Length of the window over which a weak load must last, s.

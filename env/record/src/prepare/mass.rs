@@ -4,9 +4,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::motion::Motion;
 
+use super::dataset::Prepared;
+use super::noise::Noise;
 use super::sampling::{latest, quantile};
 use super::tare::GRAVITY;
-use super::{Noise, Prepared};
 
 /// Friction coefficient of a dragged object, used if the motion does not determine the mass.
 const DEFAULT_FRICTION_COEFFICIENT: f64 = 0.3;

@@ -10,11 +10,13 @@ use crate::error::{Error, Place};
 use crate::fault::Fault;
 use crate::metadata::{Frame, Metadata, Reference, Sign};
 
+use super::noise::Noise;
+use super::options::{Options, ReadingAxes, WrenchPose};
+use super::samples::{PoseSample, WrenchSample};
 use super::tare::{Tare, TareMethod, UnloadedReading, Weight, sd_of_mean, weigh};
 use super::track::{self, PoseNoise, Track};
 use super::trajectory::{PoseAt, Trajectory, continuous, share};
 use super::transform::{GripperPose, Wrench6, planar_transform, relative_pose};
-use super::{Noise, Options, PoseSample, ReadingAxes, WrenchPose, WrenchSample};
 
 /// The streams of an episode, without masked samples.
 pub(crate) struct MaskedStreams<'a> {

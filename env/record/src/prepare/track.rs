@@ -2,8 +2,8 @@
 
 use crate::episode::{Episode, Gripper};
 
-use super::PoseSample;
 use super::outlier::{PoseStatus, classify, unwrapped};
+use super::samples::PoseSample;
 use super::sampling::median_step;
 use super::transform::GripperPose;
 

@@ -1,8 +1,9 @@
 //! Poses at arbitrary times, by cubic Hermite interpolation of the smoothed motion, with uncertainty.
 
+use super::noise::Noise;
+use super::samples::PoseSample;
 use super::sampling::latest;
 use super::transform::wrapped;
-use super::{Noise, PoseSample};
 use crate::motion::{self, Motion};
 
 /// A planar pose with the variance of each coordinate.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ::csv::{ByteRecord, ReaderBuilder, WriterBuilder};
 
-use super::{ColumnKind, column_kinds};
+use super::columns::{ColumnKind, column_kinds};
 use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;

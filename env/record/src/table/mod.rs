@@ -1,18 +1,18 @@
 //! Episode tables on disk.
 
 mod budget;
+mod columns;
 mod csv;
 mod parquet_pages;
 mod parquet_read;
 mod parquet_types;
 mod parquet_write;
 
-use std::collections::HashSet;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use crate::episode::{Episode, NOTE_PREFIX, known_columns};
+use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 pub(crate) use budget::Budget;
@@ -72,31 +72,4 @@ pub fn write_parquet(path: &Path, columns: &[(&str, Column<'_>)]) -> Result<(), 
     let not_written = |source| Fault::Io { action: "written", source }.at(Place::path(path));
     let sink = BufWriter::new(File::create(path).map_err(not_written)?);
     parquet_write::write_columns(columns, sink).map_err(|error| not_written(error.into()))
-}
-
-/// Kind of a column, determined by its title.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum ColumnKind {
-    Number,
-    Note,
-}
-
-/// Kind of each column in a header.
-///
-/// # Errors
-/// The first title that is unknown or a duplicate.
-fn column_kinds(titles: &[String]) -> Result<Vec<ColumnKind>, (String, Fault)> {
-    let mut seen = HashSet::with_capacity(titles.len());
-    let kind = |title: &String| {
-        if !seen.insert(title.clone()) {
-            Err((title.clone(), Fault::DuplicateColumn))
-        } else if title.starts_with(NOTE_PREFIX) {
-            Ok(ColumnKind::Note)
-        } else if title == "t" || known_columns().any(|known| known == title) {
-            Ok(ColumnKind::Number)
-        } else {
-            Err((title.clone(), Fault::unknown_column(title)))
-        }
-    };
-    titles.iter().map(kind).collect()
 }

@@ -8,9 +8,10 @@ use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{ByteArray, DataType};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
+use super::budget::Budget;
+use super::columns::{ColumnKind, column_kinds};
 use super::parquet_pages;
 use super::parquet_types::{Content, content};
-use super::{Budget, ColumnKind, column_kinds};
 use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;

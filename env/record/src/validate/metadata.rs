@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::name::is_printable;
 use super::polygon;
-use super::split::is_printable;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 use crate::metadata::{Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Scene, WrenchMeta};

@@ -1,12 +1,13 @@
 //! Validation: the conditions that every recording must satisfy. Validation never changes a recording.
 
 mod metadata;
+mod name;
 mod polygon;
 mod requirements;
 mod split;
 mod table;
 
-pub(crate) use split::check_name;
+pub(crate) use name::check_name;
 
 use crate::error::Error;
 use crate::recording::Recording;

@@ -4,7 +4,11 @@ use rayon::prelude::*;
 
 #[cfg(doc)]
 use super::ActionMode;
-use super::{Options, Outcome, PushTask, ResetOptions, memory};
+use super::memory;
+use super::options::Options;
+use super::outcome::Outcome;
+use super::push_task::PushTask;
+use super::scene_layout::ResetOptions;
 use crate::{SimError, thread_pool};
 
 /// Autoreset mode, as in Gymnasium.

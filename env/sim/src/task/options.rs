@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use super::constants::*;
-use super::scene_layout::SceneLayout;
 use crate::SimError;
 
 /// Kind of task.
@@ -19,6 +18,19 @@ pub enum TaskKind {
     Around,
     /// Push the object to a pose behind a doorway.
     Door,
+}
+
+impl TaskKind {
+    /// Number of entries of the scene layout in an observation.
+    pub fn feature_count(self) -> usize {
+        match self {
+            Self::Pose => 0,
+            // Path: two points after the target. Around: centre, heading and half sides. Door: centre, normal and width.
+            Self::Path => 4,
+            Self::Around => 6,
+            Self::Door => 5,
+        }
+    }
 }
 
 /// Meaning of an action.
@@ -165,7 +177,7 @@ impl Options {
 
     /// Number of entries of an observation.
     pub fn observation_len(&self) -> usize {
-        COMMON_ENTRIES + if self.has_varied_objects() { 2 } else { 0 } + SceneLayout::feature_count(self.task)
+        COMMON_ENTRIES + if self.has_varied_objects() { 2 } else { 0 } + self.task.feature_count()
     }
 
     /// Largest magnitude of each entry of an observation.

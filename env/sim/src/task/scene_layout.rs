@@ -16,8 +16,8 @@ use super::options::TaskKind;
 use super::task_objects::TaskObject;
 use crate::SimError;
 use crate::colliders::{object_colliders, obstacle_colliders};
-use crate::contact::outline_radius;
 use crate::gripper::{compose, wrap_angle};
+use crate::obstacle_distance::outline_radius;
 
 /// Options of [`super::PushTask::reset`]. Missing options are drawn at random.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -84,17 +84,6 @@ impl SceneLayout {
             layout.check_clear(key, &task_object.body, pose)?;
         }
         Ok(layout)
-    }
-
-    /// Number of entries of [`SceneLayout::features`] for a task.
-    pub fn feature_count(task: TaskKind) -> usize {
-        match task {
-            TaskKind::Pose => 0,
-            // Path: two points after the target. Around: centre, heading and half sides. Door: centre, normal and width.
-            TaskKind::Path => 4,
-            TaskKind::Around => 6,
-            TaskKind::Door => 5,
-        }
     }
 
     fn check_clear(&self, key: &str, body: &Body, pose: [f64; 3]) -> Result<(), SimError> {

@@ -82,7 +82,7 @@ impl TaskObject {
         let (sin, cos) = angle.sin_cos();
         let [x, y] = self.body.com;
         let inside = |far: f64| self.body.outside([x + far * cos, y + far * sin]).0 <= 0.0;
-        let (mut low, mut high) = (0.0, 2.0 * crate::contact::outline_radius(&self.body));
+        let (mut low, mut high) = (0.0, 2.0 * crate::obstacle_distance::outline_radius(&self.body));
         // Step inwards from outside to the first point inside, then bisect.
         let stride = high / 256.0;
         while high > stride && !inside(high - stride) {

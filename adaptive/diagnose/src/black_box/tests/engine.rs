@@ -2,7 +2,8 @@
 
 use super::{pushed, under_test, wheeled};
 use crate::black_box::engine::BlackBoxEngine;
-use crate::engine::{Effort, Engine, FittedModel, Job};
+use crate::engine::Engine;
+use crate::fitted_model::{Effort, FittedModel, Job};
 use crate::screen::ScreenOptions;
 use trundle_fixtures::{effect, locked};
 use trundle_infer::Quiet;

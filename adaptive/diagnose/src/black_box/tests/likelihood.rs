@@ -1,7 +1,7 @@
 //! The likelihood along the measured motion.
 
 use super::{VALUES, pushed, under_test, wheeled};
-use crate::black_box::law_states::estimate_initial_state;
+use crate::black_box::initial_states::estimate_initial_state;
 use crate::black_box::likelihood::PathLikelihood;
 use crate::black_box::path::Path;
 use trundle_fixtures::{World, effect, locked};

@@ -5,7 +5,7 @@ use crate::metadata::Metadata;
 use crate::motion::Motion;
 use crate::prepare::{latest, median, median_step};
 
-use super::super::input::{CheckInput, EpisodeData};
+use super::super::data::{EpisodeData, RecordingData};
 use super::normal_equations::NormalEquations;
 use super::regressors::{COLUMNS, Convention, Row, Scale, row};
 
@@ -50,14 +50,14 @@ pub(crate) struct Readings {
 
 impl Blocks {
     /// Blocks of all episodes under a convention. Empty if there is too little motion.
-    pub fn new(input: &CheckInput, convention: Convention) -> Self {
-        let scale = Scale::new(input.dataset.body.bounds());
-        let range = MAX_LAG_SHARE * median(input.episodes.iter().map(length)).unwrap_or(0.0);
-        let width = width(input);
+    pub fn new(data: &RecordingData, convention: Convention) -> Self {
+        let scale = Scale::new(data.dataset.body.bounds());
+        let range = MAX_LAG_SHARE * median(data.episodes.iter().map(length)).unwrap_or(0.0);
+        let width = width(data);
         let mut all =
-            Self { blocks: vec![], scale, range, windows: WINDOWS_PER_EPISODE * input.episodes.len() };
-        for (index, episode) in input.episodes.iter().enumerate() {
-            all.add(input.meta, index, episode, width, convention);
+            Self { blocks: vec![], scale, range, windows: WINDOWS_PER_EPISODE * data.episodes.len() };
+        for (index, episode) in data.episodes.iter().enumerate() {
+            all.add(data.meta, index, episode, width, convention);
         }
         all
     }
@@ -139,14 +139,14 @@ impl Blocks {
 }
 
 /// Length of a block, s.
-fn width(input: &CheckInput) -> f64 {
+fn width(data: &RecordingData) -> f64 {
     let steps = |episode: &EpisodeData| {
         let t: Vec<f64> = episode.motion.iter().map(|m| m.t).collect();
         let wrench: Vec<f64> = episode.prepared.wrench.iter().map(|w| w.t).collect();
         Some((POSES_PER_BLOCK * median_step(&t)?).max(median_step(&wrench)?))
     };
-    let usual = median(input.episodes.iter().filter_map(steps)).unwrap_or(0.0);
-    usual.max(input.episodes.iter().map(length).sum::<f64>() / MAX_BLOCKS)
+    let usual = median(data.episodes.iter().filter_map(steps)).unwrap_or(0.0);
+    usual.max(data.episodes.iter().map(length).sum::<f64>() / MAX_BLOCKS)
 }
 
 /// Time from contact to the last motion, s.
@@ -228,12 +228,12 @@ impl GripperPath {
 
 impl Readings {
     /// The tared readings, transformed by `transform`.
-    pub fn new(input: &CheckInput, transform: impl Fn(&[f64; 3]) -> [f64; 3]) -> Self {
+    pub fn new(data: &RecordingData, transform: impl Fn(&[f64; 3]) -> [f64; 3]) -> Self {
         let of = |episode: &EpisodeData| {
             let samples = episode.prepared.wrench.iter().map(|w| (w.t, transform(&w.reading)));
             Integral::new(samples.unzip())
         };
-        Self { integrals: input.episodes.iter().map(of).collect() }
+        Self { integrals: data.episodes.iter().map(of).collect() }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Regressors: the contribution of each unit parameter of a passive body to the reading.
 
-use super::super::input::CheckInput;
+use super::super::data::RecordingData;
 use crate::metadata::{Frame, Reference};
 use crate::motion::Motion;
 
@@ -34,8 +34,8 @@ pub(crate) struct Convention {
 
 impl Convention {
     /// The convention that the recording states.
-    pub fn stated(input: &CheckInput) -> Self {
-        Self { frame: input.meta.wrench.frame, reference: input.reference(), clockwise: false }
+    pub fn stated(data: &RecordingData) -> Self {
+        Self { frame: data.meta.wrench.frame, reference: data.reference(), clockwise: false }
     }
 }
 

@@ -1,0 +1,34 @@
+//! Arguments that several functions share.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use trundle_model::{Model, PriorFile};
+use trundle_record::{Dataset, prepare};
+
+use crate::error::{refused, run};
+use crate::record::recording_of;
+
+/// A prior file: its name for messages, and its content.
+pub(crate) type PriorText = (String, String);
+
+/// The prepared recording.
+pub(crate) fn dataset(recording: &Bound<'_, PyAny>) -> PyResult<Dataset> {
+    let source = recording_of(recording)?;
+    run(recording.py(), || prepare(&source))
+}
+
+/// The model in the content of a `model.toml`.
+pub(crate) fn model(text: Option<&str>) -> PyResult<Option<Model>> {
+    Ok(text.map(Model::from_toml).transpose().map_err(refused)?.map(|(model, _)| model))
+}
+
+/// The prior in the content of a prior file.
+pub(crate) fn prior(text: Option<PriorText>) -> PyResult<Option<PriorFile>> {
+    text.map(|(name, text)| PriorFile::from_toml(&text, &name)).transpose().map_err(refused)
+}
+
+/// An error of the file at `path`.
+pub(crate) fn in_file(path: &PathBuf, error: impl std::fmt::Display) -> PyErr {
+    refused(format!("{}: {error}", path.display()))
+}
