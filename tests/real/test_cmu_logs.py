@@ -5,7 +5,15 @@ from __future__ import annotations
 import pytest
 
 import trundle
-from examples.real_recordings import EARLIER, LATER, MODELS, holding_out, straight, under_body, wrench_r2
+from examples.real_recordings import (
+    EARLIER,
+    LATER,
+    MODELS,
+    compare_under_body,
+    straight_sliding_force,
+    with_held_out,
+    wrench_r2,
+)
 
 
 @pytest.fixture(params=[*LATER, *EARLIER])
@@ -13,12 +21,12 @@ def held_out(
     request: pytest.FixtureRequest, later_logs: trundle.Recording, earlier_logs: trundle.Recording
 ) -> trundle.Recording:
     """The logs of one load and floor, of which one is held out."""
-    return holding_out(later_logs if request.param in LATER else earlier_logs, request.param)
+    return with_held_out(later_logs if request.param in LATER else earlier_logs, request.param)
 
 
 def test_dry_friction_explains_each_held_out_log_better(held_out: trundle.Recording) -> None:
     """Under a face whose pressure nobody knows: both laws may draw it together or apart."""
-    viscous, dry, friction = under_body(held_out)
+    viscous, dry, friction = compare_under_body(held_out)
     assert dry > viscous + 0.01
     assert dry > 0.9
     later = held_out.metadata["split"]["held_out"][0] in LATER
@@ -35,7 +43,7 @@ def test_the_force_alone_is_explained_better_too(held_out: trundle.Recording) ->
 
 @pytest.mark.parametrize("log", LATER)
 def test_the_diagnosis_says_dry_friction(later_logs: trundle.Recording, log: str) -> None:
-    split = holding_out(later_logs, log)
+    split = with_held_out(later_logs, log)
     found = trundle.diagnose(split)
     assert found.verdict == "explained"
     assert found.missing[0] == "coulomb_friction"
@@ -57,7 +65,7 @@ def test_the_earlier_logs_are_of_another_load_or_floor(
     earlier_logs: trundle.Recording, later_logs: trundle.Recording
 ) -> None:
     """Why they are a recording of their own: sliding straight takes half the force."""
-    earlier, later = straight(earlier_logs), straight(later_logs)
+    earlier, later = straight_sliding_force(earlier_logs), straight_sliding_force(later_logs)
     assert sorted(earlier) == list(EARLIER)
     assert sorted(later) == list(LATER)
     assert max(earlier.values()) < 0.7 * min(later.values())

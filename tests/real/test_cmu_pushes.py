@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trundle
-from examples.real_recordings import under_body, wrench_r2
+from examples.real_recordings import compare_under_body, wrench_r2
 
 SETS = [
     "hardboard__10_130_10_10_10_130",
@@ -19,7 +19,7 @@ SETS = [
 
 @pytest.fixture(scope="module")
 def compared(pushes: dict[str, trundle.Recording]) -> dict[str, tuple[float, float, float]]:
-    return {name: under_body(recording) for name, recording in pushes.items()}
+    return {name: compare_under_body(recording) for name, recording in pushes.items()}
 
 
 def test_dry_friction_explains_held_out_pushes_better(
