@@ -20,7 +20,7 @@ from trundle.atomic import atomic_file, atomic_folder, write_text
 from trundle.picture import draw
 
 
-def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
+def test_a_file_is_replaced_atomically(tmp_path: Path) -> None:
     path = tmp_path / "deep" / "a.txt"
     write_text(path, "before")
     with pytest.raises(KeyboardInterrupt), atomic_file(path) as part:
@@ -30,7 +30,7 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
     assert [(p.name, p.read_text()) for p in path.parent.iterdir()] == [("a.txt", "before")]
 
 
-def test_a_folder_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
+def test_a_folder_is_replaced_atomically(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     for text in ("one", "two"):
         with atomic_folder(folder, "mark", "a thing") as partial:
@@ -44,7 +44,7 @@ def test_a_folder_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [folder]
 
 
-def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
+def test_an_unrelated_folder_is_not_changed(tmp_path: Path) -> None:
     (tmp_path / "precious").touch()
     with (
         pytest.raises(TrundleError, match="is not empty and not a thing"),
@@ -131,7 +131,7 @@ def test_a_folder_survives_a_kill_at_every_step(tmp_path: Path) -> None:
     assert seen.count("two") > 3
 
 
-def test_a_folder_moved_aside_by_a_killed_process_comes_back(tmp_path: Path) -> None:
+def test_a_folder_moved_by_a_killed_process_is_restored(tmp_path: Path) -> None:
     """Where the file system cannot exchange folders."""
     folder = tmp_path / "out"
     thing(folder, "one")
@@ -175,7 +175,7 @@ def test_a_recording_survives_a_kill_at_any_instant(tmp_path: Path) -> None:
         assert trundle.read(folder) in two
 
 
-def test_a_full_disk_is_told_with_the_path_and_leaves_nothing(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_and_leaves_nothing(tmp_path: Path) -> None:
     """As far as a process can tell: here it is the largest size of a file that it may write."""
     picture, folder = tmp_path / "p.png", tmp_path / "out"
     run = recording(50)

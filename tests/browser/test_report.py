@@ -14,7 +14,7 @@ QUIET = ("Network.requestWillBeSent", "Runtime.consoleAPICalled", "Runtime.excep
 
 
 @pytest.mark.parametrize("width", [PHONE, DESK])
-def test_nothing_sticks_out_overlaps_or_calls_home(browser: Browser, page: Path, width: int) -> None:
+def test_no_overflow_overlap_or_network_request(browser: Browser, page: Path, width: int) -> None:
     browser.open(page, width)
     browser.evaluate(scripts.UNFOLD)
     assert browser.evaluate(scripts.COLLISIONS) == []
@@ -24,7 +24,7 @@ def test_nothing_sticks_out_overlaps_or_calls_home(browser: Browser, page: Path,
     assert requests(browser) == [page.as_uri()]
 
 
-def test_every_effect_fits_a_phone(browser: Browser, effect: Path) -> None:
+def test_every_effect_fits_a_phone_screen(browser: Browser, effect: Path) -> None:
     browser.open(effect, PHONE)
     browser.evaluate(scripts.UNFOLD)
     assert browser.evaluate(scripts.COLLISIONS) == []
@@ -39,7 +39,7 @@ def requests(browser: Browser) -> list[str | None]:
     return [event["params"].get("request", {}).get("url") for event in noisy]
 
 
-def test_a_noisy_page_would_be_noticed(browser: Browser, tmp_path: Path) -> None:
+def test_requests_and_console_messages_are_detected(browser: Browser, tmp_path: Path) -> None:
     bad = tmp_path / "bad.html"
     image = '<img src="http://127.0.0.1:9/x.png" class="long" style="display:block;width:2000px">'
     bad.write_text(f"<!doctype html><script>console.log(1)</script>{image}", encoding="utf-8")
@@ -54,7 +54,7 @@ def test_text_in_figures_is_legible_on_a_phone(browser: Browser, page: Path) -> 
     assert browser.evaluate(scripts.SMALLEST) >= 10.0
 
 
-def test_every_link_leads_somewhere(browser: Browser, page: Path) -> None:
+def test_every_link_has_a_target(browser: Browser, page: Path) -> None:
     browser.open(page, DESK)
     assert browser.evaluate("document.querySelectorAll('nav a').length") >= 3
     assert browser.evaluate(scripts.DEAD_LINKS) == []
@@ -72,7 +72,9 @@ def test_every_figure_has_a_name_and_a_description(browser: Browser, page: Path)
 
 
 @pytest.mark.parametrize(("medium", "scheme"), [("", "light"), ("", "dark"), ("print", "light")])
-def test_colours_contrast_with_the_paper(browser: Browser, table: Path, medium: str, scheme: str) -> None:
+def test_colours_contrast_with_the_background(
+    browser: Browser, table: Path, medium: str, scheme: str
+) -> None:
     browser.emulate(medium, scheme)
     browser.open(table, DESK)
     colours = browser.evaluate(scripts.COLOURS)
@@ -98,7 +100,7 @@ def luminance(colour: str) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-def test_contrast_is_that_of_the_standard() -> None:
+def test_contrast_follows_wcag() -> None:
     assert contrast("#fff", "#000000") == pytest.approx(21.0)
     assert contrast("#777777", "#fff") == pytest.approx(4.48, abs=0.01)
 

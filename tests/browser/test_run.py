@@ -41,7 +41,7 @@ def written(folder: Path, name: str) -> Path:
 
 
 @pytest.mark.parametrize("width", [PHONE, DESK])
-def test_nothing_sticks_out_overlaps_or_calls_home(browser: Browser, run: Path, width: int) -> None:
+def test_no_overflow_overlap_or_network_request(browser: Browser, run: Path, width: int) -> None:
     browser.open(run, width)
     browser.evaluate(scripts.UNFOLD)
     assert browser.evaluate(scripts.COLLISIONS) == []

@@ -29,7 +29,7 @@ gamma = 1
 
 
 @pytest.mark.parametrize("file", CONFIGS, ids=lambda file: file.stem)
-def test_configurations_are_fair(file: Path) -> None:
+def test_training_budgets_and_seed_ranges(file: Path) -> None:
     settings = read(file)
     least = {"PPO": 2_000_000, "SAC": 300_000}[settings.algorithm]
     assert settings.n_timesteps >= least and len(settings.seeds) >= 3
@@ -37,7 +37,7 @@ def test_configurations_are_fair(file: Path) -> None:
     assert 200_000 <= settings.evaluation.first < 1_000_000 - settings.evaluation.episodes
 
 
-def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
+def test_compared_policies_have_the_same_task() -> None:
     around = [read(file) for file in CONFIGS if "pose" not in file.stem and "velocity" not in file.stem]
     assert len(around) >= 3
     assert len({(one.env, str(one.env_kwargs), one.frame) for one in around}) == 1
@@ -74,7 +74,7 @@ def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
         ("trundle-train/1", "trundle-train/9", 'must begin with format = "trundle-train/1"'),
     ],
 )
-def test_what_makes_no_sense_is_named(
+def test_invalid_settings_are_named(
     old: str, new: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "bad.toml"
@@ -85,7 +85,7 @@ def test_what_makes_no_sense_is_named(
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_without_the_extra_it_says_what_to_install(
+def test_a_missing_extra_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "good.toml"
@@ -96,16 +96,14 @@ def test_without_the_extra_it_says_what_to_install(
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_a_seed_that_was_not_fixed_before_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_seed_outside_the_settings_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "good.toml"
     file.write_text(GOOD)
     assert main(["train", str(file), "--out", str(tmp_path / "out"), "--seed", "3"]) == 2
     assert "--seed 3: the seeds in CONFIG are 1, 2" in capsys.readouterr().err
 
 
-def test_nothing_changes_for_a_policy_when_the_world_is_turned() -> None:
+def test_observations_are_invariant_to_the_frame_of_the_world() -> None:
     """Seen from the object, a world that is turned and moved as a whole differs in its own pose alone."""
     env = gym.make("trundle/PushAround-v0", object="random")
     seen = np.array([env.reset(seed=seed)[0] for seed in range(6)])
@@ -141,7 +139,7 @@ def invented(**changed: Any) -> Policy:
     return Policy(About(**{**about, **changed}), np.zeros(32), np.ones(32), layers)
 
 
-def test_a_policy_survives_its_file(tmp_path: Path) -> None:
+def test_a_policy_is_restored_from_its_file(tmp_path: Path) -> None:
     seen = np.random.default_rng(1).normal(size=(4, 16))
     invented().save(tmp_path / "one.npz")
     read_again = policy.load(tmp_path / "one.npz")
@@ -152,7 +150,7 @@ def test_a_policy_survives_its_file(tmp_path: Path) -> None:
     assert sorted(file.name for file in tmp_path.iterdir()) == ["one.npz", "two.npz"]
 
 
-def test_a_policy_remembers_until_an_episode_begins() -> None:
+def test_a_policy_keeps_observations_until_the_next_episode() -> None:
     player, random = invented(), np.random.default_rng(2)
     first, second = random.normal(size=(2, 3, 16))
     anew, state = player.predict(first)
@@ -167,7 +165,7 @@ def test_a_policy_remembers_until_an_episode_begins() -> None:
     assert one.shape == (3,) and np.allclose(one, alone[1])
 
 
-def test_actions_are_within_bounds_either_way() -> None:
+def test_actions_are_within_bounds() -> None:
     seen = 100 * np.random.default_rng(3).normal(size=(50, 16))
     cut, squashed = (invented(squashed=way).predict(seen)[0] for way in (False, True))
     assert np.abs(cut).max() == 1 and np.allclose(squashed[np.abs(cut) < 1], np.tanh(cut[np.abs(cut) < 1]))
@@ -178,7 +176,7 @@ def test_observations_of_other_environments_are_refused() -> None:
         invented().predict(np.zeros(22))
 
 
-def test_a_file_that_is_no_policy_is_named(tmp_path: Path) -> None:
+def test_a_file_without_a_policy_is_named(tmp_path: Path) -> None:
     file = tmp_path / "policy.npz"
     for content in (b"", b"no policy", b"PK\x03\x04 damaged"):
         file.write_bytes(content)
@@ -189,7 +187,7 @@ def test_a_file_that_is_no_policy_is_named(tmp_path: Path) -> None:
         policy.load(file)
 
 
-def test_a_policy_is_watched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_play_runs_a_policy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = str(tmp_path / "policy.npz")
     invented().save(Path(file))
     assert main(["play", "PushPose", "--agent", file, "--episodes", "2"]) == 0

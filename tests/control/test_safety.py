@@ -34,17 +34,17 @@ def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (
         ([1.9, 0.0, 0.0], [1.2, 0.0, 0.0], False),
     ],
 )
-def test_an_object_runs_away_if_two_more_such_steps_would_lose_it(
+def test_braking_starts_if_two_more_steps_exceed_the_limits(
     before: list[float], now: list[float], expected: bool
 ) -> None:
     assert runs_away([row(before), row(now)]) is expected
 
 
-def test_at_the_beginning_of_an_episode_nothing_is_known_to_speed_up() -> None:
+def test_no_braking_at_the_start_of_an_episode() -> None:
     assert not runs_away([row([1.9, 0.0, 3.9])])
 
 
-def test_braking_takes_energy_out_of_any_object() -> None:
+def test_braking_removes_energy() -> None:
     random = np.random.default_rng(0)
     for _ in range(200):
         twist, heading, grasp = random.normal(size=3), random.uniform(-3, 3), random.normal(size=2)
@@ -71,7 +71,7 @@ def lost_within(seconds: float) -> bool:
     return False
 
 
-def test_what_would_be_lost_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_braking_prevents_the_loss_of_an_object(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not lost_within(2.0)
     monkeypatch.setattr(trundle.agent, "runs_away", lambda seen: False)
     assert lost_within(2.0)

@@ -10,7 +10,7 @@ from tests.e2e.mujoco_floor import FRICTION, MASS, recording
 
 @pytest.mark.slow
 @pytest.mark.xfail(reason="a point of the body is named where the whole of it rubs")
-def test_friction_that_gives_way_is_named_with_the_speed_at_which_it_does() -> None:
+def test_creeping_friction_is_named_with_its_creep_speed() -> None:
     """With the 0.1 mm/s at which it gives way unless told the friction comes out 3 % too low."""
     found = trundle.diagnose(recording("creeping", strength=30.0, feet=True, episodes=4))
     assert found.verdict == "explained"

@@ -61,19 +61,19 @@ def test_pushes_become_episodes(tmp_path: Path) -> None:
         ("log.txt", None, r"log\.txt: the file name must be surface__"),
     ],
 )
-def test_a_bad_file_is_named(tmp_path: Path, name: str, lines: int | None, message: str) -> None:
+def test_an_invalid_file_is_named(tmp_path: Path, name: str, lines: int | None, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         read(write_pushes(tmp_path / name, lines=lines), "cmu-planar-push")
 
 
-def test_a_bad_row_is_named(tmp_path: Path) -> None:
+def test_an_invalid_row_is_named(tmp_path: Path) -> None:
     path = write_pushes(tmp_path / NAME)
     path.write_text(path.read_text().replace("601 0 10 1 0 0 0", "601 0 10 one 0 0 0", 1))
     with pytest.raises(ValueError, match=r"row 3 = '601 0 10 one 0 0 0': must contain 7 numbers"):
         read(path, "cmu-planar-push")
 
 
-def test_every_other_push_may_be_held_out_but_not_each(tmp_path: Path) -> None:
+def test_at_most_every_second_push_is_held_out(tmp_path: Path) -> None:
     source = write_pushes(tmp_path / NAME)
     told = tmp_path / "map.toml"
     told.write_text("held_out_every = 2\n")
@@ -116,7 +116,7 @@ def test_logs_become_episodes(tmp_path: Path) -> None:
     np.testing.assert_allclose(theta[~np.isnan(theta)], -np.pi / 2, atol=1e-6)
 
 
-def test_logs_of_another_load_are_a_recording_of_their_own(tmp_path: Path) -> None:
+def test_logs_with_another_load_are_a_separate_recording(tmp_path: Path) -> None:
     for name in ("exp3_1", "exp3_2", "exp3_3"):
         write_log(tmp_path, name, 0)
     got = read(tmp_path, "cmu-planar-push")
@@ -128,7 +128,7 @@ def test_logs_of_another_load_are_a_recording_of_their_own(tmp_path: Path) -> No
     ]
 
 
-def test_pushes_have_no_logs_to_choose(tmp_path: Path) -> None:
+def test_logs_cannot_be_selected_for_pushes(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"`logs`: applies only to the folder timeseries/"):
         read(write_pushes(tmp_path / NAME), "cmu-planar-push", CONFIGS / "cmu_earlier.toml")
 
@@ -140,7 +140,7 @@ def test_a_missing_part_of_a_log_is_named(tmp_path: Path) -> None:
         read(tmp_path, "cmu-planar-push")
 
 
-def test_a_bad_row_of_a_log_is_named(tmp_path: Path) -> None:
+def test_an_invalid_row_of_a_log_is_named(tmp_path: Path) -> None:
     write_log(tmp_path, "exp_1", 0)
     path = tmp_path / "exp_1_robot.txt"
     lines = path.read_text().splitlines()
@@ -181,7 +181,7 @@ def smooth(values: Floats, span: int) -> Floats:
 
 
 @pytest.mark.parametrize("surface", ["10_130_10_10_10_130", "30_63.33_43.33_30_43.33_63.33", "patch"])
-def test_real_pushes_do_work_on_the_object(real_data: RealData, surface: str) -> None:
+def test_real_pushes_do_positive_work(real_data: RealData, surface: str) -> None:
     """While it moves against at least 1 N the tip's force points along its motion."""
     source = real_data("cmu-planar-push/pushes") / f"hardboard__{surface}.txt"
     got = read(source, "cmu-planar-push")
@@ -199,7 +199,7 @@ def test_real_pushes_do_work_on_the_object(real_data: RealData, surface: str) ->
     assert positive / total > 0.999
 
 
-def test_real_tips_end_on_the_triangle_s_sides(real_data: RealData) -> None:
+def test_real_tips_end_on_the_sides_of_the_triangle(real_data: RealData) -> None:
     """The object frame is where the footprint says: after a push the tip is on one of its three sides."""
     got = read(real_data("cmu-planar-push/pushes") / "hardboard__patch.txt", "cmu-planar-push")
     distances = []

@@ -26,7 +26,7 @@ def write(folder: Path, **changes: Any) -> Path:
     return folder
 
 
-def test_the_layout_becomes_a_rail_recording(tmp_path: Path) -> None:
+def test_the_data_set_becomes_a_rail_recording(tmp_path: Path) -> None:
     got = read(write(tmp_path), "emps")
     recording = trundle.Recording(got.metadata, got.episodes)
     assert recording.metadata["object"]["dof"] == ["x"]
@@ -48,7 +48,7 @@ def test_another_file_is_refused(tmp_path: Path) -> None:
         read(write(tmp_path, vir=np.ones(7)), "emps")
 
 
-def test_the_real_set(real_data: Callable[[str], Path]) -> None:
+def test_the_real_data_set(real_data: Callable[[str], Path]) -> None:
     source = real_data("emps")
     got = read(source, "emps")
     recording = trundle.Recording(got.metadata, got.episodes)
@@ -60,7 +60,7 @@ def test_the_real_set(real_data: Callable[[str], Path]) -> None:
         np.testing.assert_array_equal(values, recording.episodes["episode_00"][column])
 
 
-def test_the_real_pulses_are_in_the_voltage(real_data: Callable[[str], Path]) -> None:
+def test_the_voltage_contains_the_pulses(real_data: Callable[[str], Path]) -> None:
     """At each edge the command jumps by 5 V, and the position loop settles 5 V / (kp kv) = 0.128 mm away."""
     plain, pulsed = (MatFile(real_data("emps") / name) for name in NAMES)
     pulses = pulsed.vector("pulses_N")

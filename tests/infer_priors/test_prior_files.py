@@ -75,7 +75,7 @@ def means(summary: dict[str, Any]) -> dict[str, float]:
     return {p["name"]: p["mean"] for p in summary["parameters"] if p["mean"] is not None}
 
 
-def test_the_example_changes_little_where_the_data_say_much(folder: Path) -> None:
+def test_the_example_prior_changes_little_with_informative_data(folder: Path) -> None:
     example = (CONFIGS / "priors" / "office_table.toml").read_text()
     plain, informed = (means(fitted(folder, text)) for text in ("", example))
     assert plain["body.mass"] == pytest.approx(22, abs=0.3)
@@ -92,7 +92,7 @@ def test_a_fixed_value_is_kept_and_not_estimated(folder: Path) -> None:
     assert mass["value"] == 23.5
 
 
-def test_an_informative_prior_pulls(folder: Path) -> None:
+def test_an_informative_prior_shifts_the_estimate(folder: Path) -> None:
     """A prior as narrow as what the data know puts the estimate between the two."""
     plain = {p["name"]: p for p in fitted(folder, "")["parameters"]}["body.mass"]
     mean, sd = plain["mean"] + 2 * plain["sd"], plain["sd"]
@@ -131,7 +131,7 @@ def test_a_prior_that_excludes_the_data_gives_no_number(folder: Path, prior: str
     assert "±" not in ended.stdout
 
 
-def test_a_parameter_of_each_episode(folder: Path) -> None:
+def test_a_parameter_per_episode(folder: Path) -> None:
     # A wheel turned by a quarter with its coefficients swapped is the same one: the angle's range says which.
     angle = 'angle = { distribution = "uniform", low = -0.4, high = 1.0 }'
     found = means(fitted(folder, f'[viscous_wheel]\n{angle}\nmu_y = {{ scope = "episode" }}'))
@@ -171,7 +171,7 @@ def test_a_parameter_of_each_episode(folder: Path) -> None:
         ),
     ],
 )
-def test_a_prior_that_cannot_be_used_is_refused(folder: Path, prior: str, words: str) -> None:
+def test_an_unusable_prior_is_refused(folder: Path, prior: str, words: str) -> None:
     ended = fit(folder, prior)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert words in ended.stderr, ended.stderr
@@ -182,7 +182,7 @@ def test_a_missing_file_is_named(folder: Path) -> None:
     assert (ended.returncode, ended.stderr) == (2, "trundle: nowhere.toml: No such file or directory\n")
 
 
-def test_every_form_in_the_comments_of_the_example_is_read(folder: Path) -> None:
+def test_every_form_in_the_comments_of_the_example_is_valid(folder: Path) -> None:
     text = (CONFIGS / "priors" / "office_table.toml").read_text()
     forms = [
         line[2:].partition("}")[0] + "}" for line in text.partition("# Other forms:")[2].splitlines()[1:]

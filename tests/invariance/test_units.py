@@ -103,7 +103,7 @@ def test_the_slope_is_named(in_si: dict[str, object]) -> None:
     ("length", "force", "time"),
     [(10, 0, 0), (-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0, 10), (0, 0, -10), (10, -10, 10)],
 )
-def test_units_change_neither_verdict_nor_name_nor_probability(
+def test_verdict_names_and_probabilities_do_not_depend_on_units(
     recording: trundle.Recording, in_si: dict[str, object], length: int, force: int, time: int
 ) -> None:
     other = summary(trundle.diagnose(rescaled(recording, 2.0**length, 2.0**force, 2.0**time), check=False))
@@ -111,7 +111,7 @@ def test_units_change_neither_verdict_nor_name_nor_probability(
     assert other["missing"] == pytest.approx(in_si["missing"], abs=1e-3)
 
 
-def test_numbers_are_given_in_the_units_of_the_recording(recording: trundle.Recording) -> None:
+def test_numbers_are_in_the_units_of_the_recording(recording: trundle.Recording) -> None:
     def values(diagnosis: trundle.Diagnosis) -> tuple[float, float, float]:
         answer = diagnosis.answer
         slope = answer["missing"][0]["parameters"]["accel_x"]["mean"]

@@ -123,7 +123,7 @@ def bare() -> Callable[[Callable[[float], Floats]], Floats]:
 Bare = Callable[[Callable[[float], Floats]], Floats]
 
 
-def test_a_load_on_two_slides(bare: Bare) -> None:
+def test_swinging_load(bare: Bare) -> None:
     mass, frequency, ratio, at = 5.0, 1.4, 0.05, (0.3, -0.2)
     omega = 2 * np.pi * frequency
     slide = f'stiffness="{mass * omega**2}" damping="{2 * ratio * mass * omega}"'
@@ -145,7 +145,7 @@ def test_a_load_on_two_slides(bare: Bare) -> None:
     assert_alike(law, expected, bare(push), 2e-4, 2e-4)
 
 
-def test_a_tendon_that_is_slack_below_its_length(bare: Bare) -> None:
+def test_tether(bare: Bare) -> None:
     stiffness, rest, at, anchor = 120.0, 0.5, (0.5, 0.3), (0.1, 0.5)
     ends = f"""<site name="anchor" pos="{anchor[0]} {anchor[1]} 0"/><!-- rest -->
     <tendon><spatial stiffness="{stiffness}" springlength="0 {rest}">
@@ -165,7 +165,7 @@ def test_a_tendon_that_is_slack_below_its_length(bare: Bare) -> None:
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
-def test_a_post_in_the_way(bare: Bare, friction: float) -> None:
+def test_obstacle_contact(bare: Bare, friction: float) -> None:
     at, radius = (0.85, 0.15), 0.05
     cone = (
         f'friction="{friction} 0 0" condim="{3 if friction else 1}" solref="0.004 1" solimp="0.99 0.99 0.001"'
@@ -185,7 +185,7 @@ def test_a_post_in_the_way(bare: Bare, friction: float) -> None:
 
 
 @pytest.mark.parametrize("first", [0.0, 2.5])
-def test_a_wheel_on_a_hinge_behind_its_pivot(bare: Bare, first: float) -> None:
+def test_caster_swivel(bare: Bare, first: float) -> None:
     at, trail, side = (0.5, -0.3), 0.06, 60.0
     # A grip that does not let the wheel slip, and the scrubbing on the floor that makes this side force.
     grip, scrub = 1e5, side * trail**2

@@ -87,11 +87,11 @@ def coverage(recordings: list[trundle.Recording]) -> float:
     return float(np.mean(inside))
 
 
-def test_intervals_cover_where_the_floor_varies_between_pushes(tmp_path: Path) -> None:
+def test_intervals_cover_if_the_floor_varies_between_pushes(tmp_path: Path) -> None:
     """The error differs from push to push: that is what the covariance is for."""
     assert 0.82 <= coverage([uneven(tmp_path, seed) for seed in range(RECORDINGS)]) <= 0.97
 
 
-def test_intervals_cover_most_where_a_foot_rubs(tmp_path: Path) -> None:
+def test_intervals_cover_mostly_if_a_foot_rubs(tmp_path: Path) -> None:
     """A missing effect also has a bias that is the same in all pushes, which no interval includes."""
     assert coverage([rubbing(tmp_path, seed) for seed in range(RECORDINGS)]) >= 0.5

@@ -33,7 +33,7 @@ def test_dry_friction_explains_each_held_out_log_better(held_out: trundle.Record
     assert friction == pytest.approx(0.73 if later else 0.355, rel=0.1)
 
 
-def test_the_force_alone_is_explained_better_too(held_out: trundle.Recording) -> None:
+def test_dry_friction_explains_the_force_better(held_out: trundle.Recording) -> None:
     force = {
         law: trundle.diagnose(held_out, MODELS / f"{law}_under_body.toml").answer["fit"]["held_out"]["before"]
         for law in ("drag", "friction")
@@ -42,7 +42,7 @@ def test_the_force_alone_is_explained_better_too(held_out: trundle.Recording) ->
 
 
 @pytest.mark.parametrize("log", LATER)
-def test_the_diagnosis_says_dry_friction(later_logs: trundle.Recording, log: str) -> None:
+def test_the_diagnosis_names_dry_friction(later_logs: trundle.Recording, log: str) -> None:
     split = with_held_out(later_logs, log)
     found = trundle.diagnose(split)
     assert found.verdict == "explained"
@@ -61,7 +61,7 @@ def test_the_diagnosis_says_dry_friction(later_logs: trundle.Recording, log: str
     assert after < before
 
 
-def test_the_earlier_logs_are_of_another_load_or_floor(
+def test_the_earlier_logs_have_another_load_or_floor(
     earlier_logs: trundle.Recording, later_logs: trundle.Recording
 ) -> None:
     """Why they are a recording of their own: sliding straight takes half the force."""

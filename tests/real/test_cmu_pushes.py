@@ -34,7 +34,7 @@ def test_dry_friction_explains_held_out_pushes_better(
     assert dry == pytest.approx(0.926, abs=0.02)
 
 
-def test_the_friction_is_that_of_the_authors_pull_test(
+def test_the_friction_agrees_with_the_pull_test(
     compared: dict[str, tuple[float, float, float]],
 ) -> None:
     """They pulled the object with 4.2 N."""
@@ -43,7 +43,7 @@ def test_the_friction_is_that_of_the_authors_pull_test(
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_the_diagnosis_says_dry_friction_under_the_body(
+def test_the_diagnosis_names_dry_friction_under_the_body(
     pushes: dict[str, trundle.Recording], name: str
 ) -> None:
     found = trundle.diagnose(pushes[name])

@@ -184,7 +184,7 @@ def test_the_wrench_on_the_object_is_its_mass_times_acceleration(
     assert np.abs(world - truth)[held].max() < 0.02
 
 
-def test_equation_12_is_wrong_by_the_offset_that_it_turns(
+def test_equation_12_has_the_error_of_the_rotated_offset(
     simulated: tuple[dict[str, Floats], Floats],
 ) -> None:
     columns, _ = simulated

@@ -38,7 +38,7 @@ def test_stated_uncertainty_covers_the_truth(order: str, causal: bool) -> None:
     assert 0.1 < (standardised**2).mean() < 2.5
 
 
-def test_twists_are_good_to_centimetres_per_second() -> None:
+def test_twists_are_accurate_to_centimetres_per_second() -> None:
     _, absolute = errors("twist", causal=False)
     assert np.sqrt((absolute[:, :2] ** 2).mean()) < 0.01
     assert np.sqrt((absolute[:, 2] ** 2).mean()) < 0.03

@@ -68,7 +68,7 @@ def ends(tmp_path: Path, effect: str) -> list[NDArray[np.float64]]:
 
 
 @pytest.mark.parametrize("kind", EFFECTS)
-def test_an_effect_moves_the_table_elsewhere(tmp_path: Path, kind: str) -> None:
+def test_an_effect_changes_the_motion(tmp_path: Path, kind: str) -> None:
     without = ends(tmp_path, "")
     with_effect = ends(tmp_path, f'[[effect]]\nkind = "{kind}"\n{EFFECTS[kind]}')
     assert np.hypot(*(with_effect[0] - without[0])[:2]) > 0.02

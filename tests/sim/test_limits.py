@@ -86,13 +86,13 @@ def test_a_simulation_that_is_not_finite_names_the_parameter(tmp_path: Path) -> 
         ("[random]\ncount = 10000\nduration = 3600.0", r"1\.4e11 steps; the limit"),
     ],
 )
-def test_a_scenario_without_an_end_is_refused(tmp_path: Path, more: str, words: str) -> None:
+def test_an_endless_scenario_is_refused(tmp_path: Path, more: str, words: str) -> None:
     with pytest.raises(trundle.TrundleError, match=f"(?s)scenario.toml: the pushes take .*{words}"):
         trundle.simulate(scenario(tmp_path, more))
 
 
 @pytest.mark.parametrize("count", [10**7, 2**64, 2**80])
-def test_more_environments_than_memory_holds_are_refused(count: int) -> None:
+def test_too_many_environments_are_refused(count: int) -> None:
     with pytest.raises(trundle.TrundleError, match=r"an environment takes up to 64 KiB and \d+ MiB are free"):
         gym.make_vec("trundle:trundle/PushPose-v0", num_envs=count)
 

@@ -26,9 +26,7 @@ tune = 900002
 
 
 @pytest.mark.slow
-def test_a_tie_is_settled_by_the_push_that_was_asked_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_tie_is_resolved_by_the_designed_push(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = tmp_path / "tied.toml"
     config.write_text(TIED)
     places = ["--work", str(tmp_path / "work"), "--out", str(tmp_path / "out"), "--quiet"]

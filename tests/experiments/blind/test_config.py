@@ -22,7 +22,7 @@ tune = 42
 """
 
 
-def test_what_is_left_out_is_all(tmp_path: Path) -> None:
+def test_omitted_lists_mean_all(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text(FILE)
     settings = read(path, "tune")

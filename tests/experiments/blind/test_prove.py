@@ -34,7 +34,7 @@ def command(tmp_path: Path, *more: str, text: str = TINY) -> int:
     return main(["prove", "--config", str(config), "--range", "tune", *places, *more])
 
 
-def test_three_cases_are_drawn_sealed_diagnosed_scored_and_gone_on_from(
+def test_cases_are_drawn_sealed_diagnosed_scored_and_resumed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command(tmp_path) == 0
@@ -90,7 +90,7 @@ def test_three_cases_are_drawn_sealed_diagnosed_scored_and_gone_on_from(
         (TINY.replace("trundle-proof/1", "trundle-proof/2"), "trundle-proof/1"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_said(
+def test_an_unusable_file_is_reported(
     text: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command(tmp_path, text=text) == 2
@@ -98,7 +98,7 @@ def test_a_file_that_cannot_be_used_is_said(
     assert not (tmp_path / "out").exists()
 
 
-def test_without_mujoco_it_says_what_to_install(
+def test_a_missing_mujoco_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
@@ -106,7 +106,7 @@ def test_without_mujoco_it_says_what_to_install(
     assert "trundle[mujoco]" in capsys.readouterr().err
 
 
-def test_a_refusal_names_the_case_and_not_the_place_of_the_benchmark(tmp_path: Path) -> None:
+def test_an_error_names_the_case_without_the_folder(tmp_path: Path) -> None:
     answer = diagnose_one("", tmp_path / "case_0003")["answer"]
     assert answer["verdict"] == "refused"
     assert "case_0003" in answer["reason"]

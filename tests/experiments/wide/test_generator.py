@@ -127,7 +127,7 @@ def test_a_finger_keeps_touching_under_load() -> None:
     assert not np.any(loaded & (now < 0.7 * np.minimum(before, after)))
 
 
-def test_an_oracle_stays_at_the_moment_of_an_event() -> None:
+def test_an_oracle_keeps_the_time_of_an_event() -> None:
     # The thinned recording, over which a fit begins, prefers a moment 1.4 s earlier.
     scene = draw_wide_scene(72011, 23, "mujoco")
     load = {"episode": 1, "time": 5.4226, "mass": -6.9746}
@@ -142,9 +142,7 @@ def test_an_oracle_stays_at_the_moment_of_an_event() -> None:
 
 @pytest.mark.parametrize(("frame", "reference"), FRAMES)
 @pytest.mark.parametrize("sign", ["on_object", "on_sensor"])
-def test_every_convention_tells_trundle_the_same(
-    frame: str, reference: str, sign: str, tmp_path: Path
-) -> None:
+def test_every_convention_gives_the_same_data(frame: str, reference: str, sign: str, tmp_path: Path) -> None:
     scene = scene_with("compliant")
     instrument: Any = scene.instrument
     scene = replace(scene, instrument=replace(instrument, frame=frame, reference=reference, sign=sign))
@@ -162,7 +160,7 @@ def test_every_convention_tells_trundle_the_same(
     assert np.sqrt(np.mean(off**2)) < 2e-3
 
 
-def test_one_wheel_stands_for_two_but_for_spin() -> None:
+def test_one_wheel_and_spin_damping_represent_two_wheels() -> None:
     one, two = Wheel(0.1, 0.2, 0.3, 10.0, 100.0), Wheel(-0.2, 0.1, 1.3, 8.0, 150.0)
     left = one.damping() + two.damping() - merge_wheels(one, [two]).damping()
     assert np.abs(left[:2]).max() < 1e-9
@@ -170,7 +168,7 @@ def test_one_wheel_stands_for_two_but_for_spin() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(CATALOGUE | OUT_OF_CATALOGUE))
-def test_every_family_acts_in_every_engine_that_has_it(name: str) -> None:
+def test_every_family_has_an_influence_in_its_engines(name: str) -> None:
     for engine in ("ode", "mujoco"):
         if not is_allowed(name, scene_with("grasp", engine)):
             continue

@@ -88,7 +88,7 @@ def test_drawn_sealed_diagnosed_and_continued(
     assert command(tmp_path, "--redraw") == 2
 
 
-def test_a_range_is_done_in_shares_that_another_machine_continues(
+def test_another_machine_continues_the_shares_of_a_range(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(benchmark, "diagnose_case", made_up)
@@ -127,7 +127,7 @@ def test_a_range_is_done_in_shares_that_another_machine_continues(
         (TINY.replace("first = 42", ""), "first"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_reported(
+def test_an_unusable_file_is_reported(
     text: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command(tmp_path, text=text) == 2
@@ -144,14 +144,14 @@ def test_options_of_the_first_benchmark_are_refused(
     assert "--shares 0" in capsys.readouterr().err
 
 
-def test_a_diagnosis_that_cannot_be_made_is_an_answer(tmp_path: Path) -> None:
+def test_a_refused_diagnosis_counts_as_an_answer(tmp_path: Path) -> None:
     answer = diagnose_case("", 60.0, tmp_path / "case_0003")
     assert answer["verdict"] == "refused"
     assert str(tmp_path) not in answer["reason"]
     assert answer["cost"]["seconds"] > 0.0
 
 
-def test_what_ends_without_an_answer_is_a_timeout_or_a_crash() -> None:
+def test_missing_answers_are_timeouts_or_crashes() -> None:
     assert parse_answer(-signal.SIGXCPU, b"", b"")["verdict"] == "timeout"
     assert parse_answer(-signal.SIGSEGV, b"", b"first\nlast\n") == {
         "verdict": "crashed",
