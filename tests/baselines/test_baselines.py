@@ -1,4 +1,4 @@
-"""Transitions and the regressions that learn from them."""
+"""Transitions, and regressions on them."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_a_recording_gives_transitions() -> None:
     recording = trundle.simulate(CONFIGS / "experiments" / "demo.toml")
     training = Transitions.recorded(recording, dt=0.2)
     held_out = Transitions.recorded(recording, dt=0.2, held_out=True)
-    # Six episodes of 6 s and two, less what lies before contact and in drop-outs.
+    # Six training and two held-out episodes of 6 s, without the time before contact and drop-outs.
     assert 100 < len(training) <= 180 and 30 < len(held_out) <= 60
     np.testing.assert_allclose(training.dt, 0.2, atol=0.03)
     smooth = trundle.smooth(recording)

@@ -1,4 +1,4 @@
-"""What a reader sees: screenshots and printed sheets hold ink from top to bottom."""
+"""Screenshots and printed pages have content from top to bottom."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ A4 = (595, 842)
 
 
 def inked(png: bytes, band: int) -> list[float]:
-    """The share of pixels that differ from the paper in each band of a picture's height."""
+    """Return the share of pixels that differ from the background, in each horizontal band of an image."""
     pixels = np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=np.int16)
     dark = np.abs(pixels - pixels[-1, -1]).max(axis=2) > 24
     return [float(dark[top : top + band].mean()) for top in range(0, len(dark) - band + 1, band)]

@@ -1,4 +1,4 @@
-"""The page in a real browser: quiet, in its frame, legible, and no meaning by colour alone."""
+"""The report in a real browser: no requests, no overflow, legible, and no meaning by colour alone."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_every_effect_fits_a_phone_screen(browser: Browser, effect: Path) -> Non
 
 
 def requests(browser: Browser) -> list[str | None]:
-    """What the page asked for; None for each word on the console."""
+    """Return the requests of the page; None for each console message."""
     noisy = [event for event in browser.events if event.get("method") in QUIET]
     return [event["params"].get("request", {}).get("url") for event in noisy]
 
@@ -86,13 +86,13 @@ def test_colours_contrast_with_the_background(
 
 
 def contrast(first: str, second: str) -> float:
-    """Contrast ratio of WCAG 2, 1 to 21."""
+    """Return the contrast ratio of WCAG 2, 1 to 21."""
     low, high = sorted((luminance(first), luminance(second)))
     return (high + 0.05) / (low + 0.05)
 
 
 def luminance(colour: str) -> float:
-    """Relative luminance of #rgb or #rrggbb (WCAG 2)."""
+    """Return the relative luminance of #rgb or #rrggbb (WCAG 2)."""
     digits = colour.lstrip("#")
     wide = digits if len(digits) == 6 else "".join(2 * digit for digit in digits)
     shares = [int(wide[start : start + 2], 16) / 255.0 for start in (0, 2, 4)]

@@ -1,4 +1,4 @@
-"""The page of a run in a real browser: quiet, in its frame, legible, and played by its slider."""
+"""The page of a run in a real browser: no requests, no overflow, legible, and with a working slider."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SLIDE = """(() => {
 
 @pytest.fixture(scope="module", params=sorted(SAMPLES))
 def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page of each sample in turn."""
+    """The page of each sample."""
     return written(tmp_path_factory.mktemp(request.param), request.param)
 
 

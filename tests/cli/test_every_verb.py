@@ -1,4 +1,4 @@
-"""Walks the verbs: a new one is held to this on arrival."""
+"""Requirements on every verb, including new ones."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""`trundle play`: episodes end, are drawn and kept; what makes no sense is refused and leaves nothing."""
+"""`trundle play`: episodes end, are drawn and saved; invalid input is refused without output."""
 
 from pathlib import Path
 

@@ -42,7 +42,7 @@ def test_quiet_hides_progress() -> None:
 
 
 class Clock:
-    """A clock that goes on by ten seconds whenever it is asked."""
+    """A clock that advances by ten seconds at each call."""
 
     def __init__(self) -> None:
         self.now = 0.0

@@ -1,4 +1,4 @@
-"""`trundle train`: a file that makes no sense is refused before anything is trained. Needs no torch."""
+"""`trundle train`: an invalid file is refused before training. Does not require torch."""
 
 import importlib.util
 from dataclasses import replace
@@ -33,7 +33,7 @@ def test_training_budgets_and_seed_ranges(file: Path) -> None:
     settings = read(file)
     least = {"PPO": 2_000_000, "SAC": 300_000}[settings.algorithm]
     assert settings.n_timesteps >= least and len(settings.seeds) >= 3
-    # Comparisons have the seeds below 200000, trainings begin with those from a million on.
+    # Comparisons use seeds below 200000, trainings those from a million on.
     assert 200_000 <= settings.evaluation.first < 1_000_000 - settings.evaluation.episodes
 
 
@@ -41,7 +41,7 @@ def test_compared_policies_have_the_same_task() -> None:
     around = [read(file) for file in CONFIGS if "pose" not in file.stem and "velocity" not in file.stem]
     assert len(around) >= 3
     assert len({(one.env, str(one.env_kwargs), one.frame) for one in around}) == 1
-    # What losing the object costs while they learn is the only aid that is each algorithm's own.
+    # Only the shaping cost of losing the object differs between algorithms.
     assert len({replace(one.aids, loss_cost=0.0) for one in around}) == 1
 
 
@@ -104,7 +104,7 @@ def test_a_seed_outside_the_settings_is_refused(tmp_path: Path, capsys: pytest.C
 
 
 def test_observations_are_invariant_to_the_frame_of_the_world() -> None:
-    """Seen from the object, a world that is turned and moved as a whole differs in its own pose alone."""
+    """In the frame of the object, a rotated and translated world differs in its pose only."""
     env = gym.make("trundle/PushAround-v0", object="random")
     seen = np.array([env.reset(seed=seed)[0] for seed in range(6)])
     turn, shift = 0.7, np.array([0.3, -0.2])
@@ -117,7 +117,7 @@ def test_observations_are_invariant_to_the_frame_of_the_world() -> None:
     one, other = (to_object_frame(rows, "trundle/PushAround-v0") for rows in (seen, moved))
     assert np.allclose(one[:, 4:], other[:, 4:])
     assert not np.allclose(one[:, 0:2], other[:, 0:2])
-    # The goal where it is looked for: ahead by as much as it is away along the heading; and closely.
+    # The goal in the frame of the object, and its saturated entries.
     way = seen[:, 7:9] - seen[:, 0:2]
     ahead = np.sum(way * seen[:, 2:4], axis=1)
     assert np.allclose(one[:, 7], ahead)
@@ -125,7 +125,7 @@ def test_observations_are_invariant_to_the_frame_of_the_world() -> None:
 
 
 def invented(**changed: Any) -> Policy:
-    """Return a policy with a stack of two observations of the pose task that nobody has trained."""
+    """Return an untrained policy of the pose task with two stacked observations."""
     random = np.random.default_rng(0)
     about: dict[str, Any] = {
         "config": "invented", "digest": "0", "algorithm": "PPO", "seed": 1, "steps": 0,
@@ -160,7 +160,7 @@ def test_a_policy_keeps_observations_until_the_next_episode() -> None:
     some, _ = player.predict(second, state, episode_start=np.array([True, False, True]))
     assert not np.allclose(with_past, alone)
     assert np.array_equal(some[[0, 2]], alone[[0, 2]]) and np.array_equal(some[1], with_past[1])
-    # One environment is the row of several.
+    # A single environment gives the same as a row of a batch.
     one, state = player.predict(second[1])
     assert one.shape == (3,) and np.allclose(one, alone[1])
 

@@ -1,4 +1,4 @@
-"""`trundle.AdaptiveAgent`: it reaches goals, learning pays, and it keeps to the protocol."""
+"""`trundle.AdaptiveAgent`: goals, benefit of adaptation, and protocol."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def learnt() -> list[Episode]:
 
 @pytest.fixture(scope="module")
 def pushed() -> tuple[Observations, trundle.Model, trundle.agent.Belief]:
-    """What an agent sees in the first second of an episode; the truth; what it then believes."""
+    """Return the observations of the first second, the true model, and the estimated model."""
     env = gymnasium.make("trundle/LockedWheel-v0")
     agent = trundle.AdaptiveAgent(env)
     observation, _ = env.reset(seed=1, options={"start": (-1, 0, 0), "goal": (1, 0.5, 0.8)})
@@ -63,7 +63,7 @@ def test_after_a_second_the_model_predicts_the_motion(
     _, hidden, belief = pushed
     assert belief.updates[-1].time == 1.0
     t = np.linspace(0.0, 1.0, 101)
-    # A push that it has not made: from here, a turn to the right.
+    # A push that the agent has not made: a rotation to the right.
     wrench = np.tile([40.0, -30.0, -10.0], (101, 1))
     believed, true = (m.rollout([0.0] * 3, [0.0] * 3, t, wrench)[0][-1] for m in (belief.model, hidden))
     assert np.linalg.norm(believed - true) < 0.1 * np.linalg.norm(true)
@@ -211,6 +211,6 @@ def test_observed_obstacles_are_at_their_true_positions() -> None:
         assert len(seen) == len(true)
         for polygon, wall in zip(seen, true, strict=True):
             near = np.array(wall["polygon"])[:, None] - np.array(polygon)
-            # The ends beyond the arena may be elsewhere.
+            # Ends outside the arena may differ.
             corners = np.abs(wall["polygon"]).max(axis=1) < 2.5
             assert np.hypot(*np.moveaxis(near, -1, 0)).min(axis=1)[corners].max() < 1e-9

@@ -1,4 +1,4 @@
-"""How `trundle.AdaptiveAgent` learns: by laws, by regression, with the diagnoser, and by pushes that tell."""
+"""Learning of `trundle.AdaptiveAgent`: physical laws, regressions, diagnosis, and dual control."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.tom
 
 
 def played(steps: int, env_id: str = AROUND, seed: int = 3000, **told: Any) -> tuple[Belief, dict[str, Any]]:
-    """Return what an agent believes after so many steps at the most, and how the last one went."""
+    """Return the belief of an agent after at most `steps` steps, and the last info."""
     options = told.pop("options", {"hidden": "locked"})
     env = gymnasium.make(env_id, **options)
     observation, info = env.reset(seed=seed)
@@ -60,7 +60,7 @@ def test_a_sufficient_model_starts_no_diagnosis() -> None:
 def test_an_unnamed_effect_is_used_if_it_predicts_better(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    # Friction under a made-up object, which the diagnoser is made to offer without vouching for it.
+    # A fake diagnosis returns friction as a candidate without naming it.
     def unsure(*args: Any, **options: Any) -> SimpleNamespace:
         outcome = diagnose(*args, **options)
         answer: dict[str, Any] = {**outcome.answer}
@@ -85,7 +85,7 @@ def test_an_unnamed_effect_is_used_if_it_predicts_better(
     assert not any(update.named for update in belief.updates)
     (update,) = (update for update in belief.updates if update.supposed)
     assert "coulomb_friction" in update.supposed
-    # It is fitted further: the values move.
+    # The fit continues, so that the values change.
     assert belief.updates[-1].time > update.time
     kinds = [{one["name"] for one in each.model.parameters} for each in (update, belief.updates[-1])]
     assert kinds[0] == kinds[1] and belief.updates[-1].model.to_toml() != update.model.to_toml()
@@ -167,7 +167,7 @@ def test_it_regrasps_if_the_grasp_is_insufficient() -> None:
 
 
 def test_an_open_gripper_does_not_push() -> None:
-    # On an object that rolls freely every impulse is a change of velocity.
+    # For an object that rolls freely, every impulse changes the velocity.
     env = gymnasium.make("trundle/PushPose-v0", hidden="none", action="regrasp", noise=0.0)
     observation, _ = env.reset(seed=1)
     source: Any = env.unwrapped
@@ -219,7 +219,7 @@ def test_the_oracle_tracks_the_angle_of_a_caster() -> None:
         observation = env.step(action)[0]
     (angle,) = belief.inner(0.05)
     assert Laws(model).starts != [angle]
-    # The wheel trails behind the way its pivot goes, seen from the object.
+    # The wheel trails behind the motion of its pivot, in the object frame.
     before, now = belief.seen[-6], belief.seen[-1]
     turn = np.arctan2(now[3], now[2])
     pivot = [row[0:2] + turned(np.array([0.5, -0.3]), np.arctan2(row[3], row[2])) for row in (before, now)]

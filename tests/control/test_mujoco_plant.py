@@ -1,4 +1,4 @@
-"""The agent on a plant whose physics is not ours: `examples/mujoco_plant.py`."""
+"""The adaptive agent on a plant of another engine: `examples/mujoco_plant.py`."""
 
 from __future__ import annotations
 
@@ -74,5 +74,5 @@ def test_a_stiff_bearing_acts_as_viscous_drag_at_a_point() -> None:
     held = np.minimum(1.0, t / example.RISE)[:, None] * [30.0, 15.0, 5.0 - 0.6 * 15.0]
     predicted = model.rollout(pose, twist, t, held)[0][-1]
     moved = env.motion()[0] - pose
-    # Balls have inertia of their own, and creep where they push: some per cent.
+    # The inertia of the balls and their slip cause a few per cent.
     assert np.linalg.norm(predicted - env.motion()[0]) < 0.05 * np.linalg.norm(moved)

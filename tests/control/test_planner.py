@@ -1,4 +1,4 @@
-"""`trundle.Planner`: plans that reach the goal, the same each time, and refusals."""
+"""`trundle.Planner`: plans reach the goal, are reproducible, and invalid input is refused."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_an_executed_plan_ends_at_rest_at_the_goal() -> None:
         plan = planner.plan(MODEL, **AT_REST)
     assert plan.shape == (20, 3)
     assert np.all(np.abs(plan) <= UPPER)
-    # About the object's origin, and held: rollout() interpolates between samples.
+    # About the origin of the object, and constant; rollout() interpolates between samples.
     wrench = plan + np.cross([*GRASP, 0.0], plan * [1, 1, 0])
     t = np.sort(np.concatenate([planner.hold * np.arange(20), planner.hold * np.arange(1, 21) - 1e-6]))
     poses, twists = MODEL.rollout([0.0] * 3, [0.0] * 3, t, np.repeat(wrench, 2, axis=0))

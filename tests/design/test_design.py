@@ -1,4 +1,4 @@
-"""Two models that a recording cannot tell apart: the design of a push, the push, and the naming after it."""
+"""Design of a push for two indistinguishable models, the push, and the diagnosis after it."""
 
 import json
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ BODY = {"footprint": CORNERS, "mass": 22.0}
 
 
 def push(force: float, *shares: tuple[float, float]) -> dict[str, object]:
-    """Return a push by the middle of the short side along the table's x; always from the same pose."""
+    """Return a push at the middle of the short side along the table's x, from a fixed pose."""
     knots = [[0.0, 0.0, 0.0, 0.0], *([t, force * share, 0.0, 0.0] for t, share in shares)]
     return {"grasp": [0.57, 0.0, 0.0], "drive": "force", "knots": knots}
 
@@ -34,7 +34,7 @@ ALIKE = [
 
 
 def simulated(folder: Path, pushes: list[dict[str, object]], seed: int = 3) -> trundle.Recording:
-    """Record pushes of a table on a sloping floor, as another simulation than the design's makes them."""
+    """Record pushes of a table on a sloping floor with `trundle.simulate`."""
     folder.mkdir(exist_ok=True)
     scenario = {
         "format": "trundle-scenario/1",
@@ -85,7 +85,7 @@ def found(rivals: tuple[Path, Path], tied: trundle.Recording) -> Design:
 
 
 def preference(recording: trundle.Recording, rivals: tuple[Path, Path]) -> float:
-    """Return by how much the evidence prefers the slope to the offset, nats."""
+    """Return the log evidence ratio of slope and offset, nats."""
     slope, bias = (trundle.fit(recording, rival).summary["log_evidence"] for rival in rivals)
     return float(slope - bias)
 
@@ -106,7 +106,7 @@ def test_the_designed_push_distinguishes_the_models(
 def test_the_designed_push_keeps_its_limits(found: Design) -> None:
     best = found.pushes[0]
     assert abs(best.start[2]) > 0.5 or abs(best.grasp[1]) > 0.3
-    # What the robot did: 20 N and some noise, for 4 s.
+    # The recorded pushes: 20 N with noise, for 4 s.
     assert abs(best.knots[:, 1]).max() <= 22.0 and abs(best.knots[:, 3]).max() <= 8.0
     assert best.knots[-1, 0] == pytest.approx(best.duration)
     assert best.duration == pytest.approx(4.0, abs=0.05)

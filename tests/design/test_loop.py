@@ -1,4 +1,4 @@
-"""Diagnose, make the push that the diagnosis asks for, diagnose again: the tie is gone."""
+"""Diagnose, make the designed push, diagnose again: the tie is resolved."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A recording that is surely wrong is refused in words before it is diagnosed, never told as an effect."""
+"""Erroneous recordings are refused before a diagnosis and not explained by an effect."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def corrupted(corrupt: Corrupt, table: Table) -> trundle.Recording:
 def test_erroneous_recordings_are_refused(name: str) -> None:
     with pytest.raises(trundle.TrundleError, match=WORDS[name]) as refusal:
         trundle.diagnose(corrupted(CORRUPTIONS[name][0], Table()))
-    assert "(" in str(refusal.value)  # what to do about it
+    assert "(" in str(refusal.value)  # the remedy
 
 
 def test_the_command_line_refuses_with_status_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,7 +51,7 @@ def test_the_command_line_refuses_with_status_2(tmp_path: Path, capsys: pytest.C
 
 
 def backwards(_: dict[str, Any], episodes: TABLES) -> None:
-    """The clock jumps back by half a second within an episode."""
+    """Return a table whose clock jumps back by half a second."""
     t = episodes["episode_01"]["t"]
     t[len(t) // 2 :] -= 0.5
 

@@ -1,4 +1,4 @@
-"""The main job: a table that hides dry friction, pushed, recorded, diagnosed, and the answer used."""
+"""The demo: a table with hidden dry friction is pushed, recorded and diagnosed, and the answer is used."""
 
 import json
 from itertools import groupby
@@ -52,7 +52,7 @@ def test_the_metrics_follow_from_the_predictions(demo: Demo, answer: dict[str, A
 
 
 def recomputed(table: pd.DataFrame, which: str) -> dict[str, float]:
-    """Return the open-loop figures as their definitions read, from observed and simulated poses."""
+    """Return the open-loop metrics by their definitions, from observed and simulated poses."""
     gap = np.stack([table[f"{which}_{axis}"] - table[f"observed_{axis}"] for axis in "xy"], axis=1)
     turn = wrapped(np.asarray(table[f"{which}_theta"] - table["observed_theta"]))
     last = np.asarray(table.groupby("episode")["t"].idxmax())

@@ -1,4 +1,4 @@
-"""Ctrl-C and damage: a long verb ends at once, and nothing half-written stays."""
+"""Ctrl-C ends a long verb immediately without partial output; damaged input is named."""
 
 import shutil
 import signal

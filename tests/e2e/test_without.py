@@ -1,4 +1,4 @@
-"""A diagnosis that must do without the effect that is in the recording."""
+"""Diagnosis without the true effect."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The file of a blind benchmark: what is wrong with it is told by key."""
+"""Settings of a blind benchmark: errors name the key."""
 
 from __future__ import annotations
 

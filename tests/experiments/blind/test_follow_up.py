@@ -1,4 +1,4 @@
-"""One more push of the same object: what is asked for, what is made of it, and how it is counted."""
+"""A further push of the same object: its selection, its simulation, and its score."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ SETTINGS = Settings("tune", 7, ("force_bias",), (), 1, 0, 0, 0, matters=1.5, epi
 
 @cache
 def case(name: str = "force_bias") -> tuple[trundle.Recording, Row]:
-    """A recording of two pushes that are alike, and its answer as it is sealed."""
+    """Return a recording of two similar pushes and its sealed answer."""
     drawn = draw_case(PlannedCase("case_0000", (name,), 7), SETTINGS)
     assert drawn.recording is not None
     return drawn.recording, json.loads(json.dumps(rounded(drawn.answer)))
@@ -162,7 +162,7 @@ def test_each_episode_has_its_own_initial_caster_angle() -> None:
 
 
 def test_an_event_persists_in_the_further_episode() -> None:
-    """Load that was put on in a training episode is still there."""
+    """A load that was added in a training episode remains."""
     scene = draw_scene(7, 0, 2, alike=True)
     event = {"episode": 0, "time": 2.0, "mass": 5.0}
     hidden = HiddenEffect(FAMILIES["mass_change"], event)

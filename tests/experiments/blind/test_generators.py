@@ -1,4 +1,4 @@
-"""What MuJoCo makes agrees with the laws here where both have them, and hides nothing at size zero."""
+"""Recordings from MuJoCo agree with trundle's laws, and effects of size zero have no influence."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def bare(seed: int = SEED) -> tuple[Motion, ...]:
 
 @cache
 def drawn(name: str) -> tuple[int, HiddenEffect]:
-    """A family's values, in the first scene that has a place for it."""
+    """Return a family's values in the first scene that supports it."""
     for seed in range(SEED, SEED + 20):
         paths = [one.pose for one in bare(seed)]
         values = FAMILIES[name].draw(np.random.default_rng(seed), scene(seed), paths)
@@ -44,7 +44,7 @@ def drawn(name: str) -> tuple[int, HiddenEffect]:
 
 
 def simulated(true: Motion, effects: list[dict[str, object]], seed: int = SEED) -> NDArray[np.float64]:
-    """Poses (n, 3) that the model gives under the same wrench."""
+    """Return poses (n, 3) of the model under the same wrench."""
     found = scene(seed)
     body = {**found.shape.described(with_feet=True), "mass": found.mass}
     wheel = {"kind": "viscous_wheel", **vars(found.wheel)}
@@ -88,7 +88,7 @@ def test_an_effect_of_size_zero_has_no_influence(name: str) -> None:
     found = episode_table(scene(seed), nothing, 1, simulate(scene(seed), nothing, 1))
     assert clean.keys() == found.keys()
     for column, values in clean.items():
-        # A light foot, arm or load is there even so: up to 10 g.
+        # A small body of up to 10 g remains.
         limit = 0.05 if column.startswith(("force", "torque")) else 2e-4
         np.testing.assert_allclose(found[column], values, atol=limit, err_msg=column)
 
@@ -113,12 +113,12 @@ SIMPLE = {
     "obstacle_contact": 0.06,  # gives way by a millimetre
     "tether": 0.002,
 }
-"""The share that is left, for effects on the object without inner state, event or another wheel."""
+"""Largest remaining share, for effects on the object without internal state, event or further wheel."""
 
 
 @pytest.mark.parametrize("name", SIMPLE)
 def test_the_true_law_reproduces_mujoco(name: str) -> None:
-    """With true values, under the same wrench: little is left of what the effect changes."""
+    """With true values and the same wrench, little of the effect's influence remains."""
     seed, hidden = drawn(name)
     truly = [simulate(scene(seed), [hidden], k) for k in range(EPISODES)]
     laws = hidden.family.laws(scene(seed), hidden.values)
@@ -128,7 +128,7 @@ def test_the_true_law_reproduces_mujoco(name: str) -> None:
 
 
 def apart(truly: list[Motion], laws: list[dict[str, object]], seed: int) -> float:
-    """How far simulated positions are from the true ones, root mean square, m."""
+    """Return the RMS distance of simulated from true positions, m."""
     return float(np.sqrt(np.mean([np.mean(simulated(one, laws, seed)[:, :2] ** 2) for one in truly])))
 
 

@@ -1,4 +1,4 @@
-"""`trundle prove` from the command line to the document, on the smallest proof there is."""
+"""`trundle prove` from command line to document, on a minimal benchmark."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ def test_cases_are_drawn_sealed_diagnosed_scored_and_resumed(
     head, *rows = map(json.loads, (kept / "tiny_tune.jsonl").read_text().splitlines())
     assert head["settings"]["sha256"] == sha
     assert sorted(row["trial"]["case"] for row in rows) == ["case_0000", "case_0001", "case_0002"]
-    # No case tells what it is.
+    # No case names its hidden effect.
     for folder in (tmp_path / "work/tiny_tune/recordings").iterdir():
         text = (folder / "recording.toml").read_text()
         assert "slope" not in text
         assert "bias" not in text
 
-    # Interrupted: one result and one recording are lost; only these are made again, and alike.
-    rows.sort(key=lambda row: bool(row["found"]["missing"]))  # what is consistent takes least
+    # If one result and one recording are lost, only these are made again, with the same bytes.
+    rows.sort(key=lambda row: bool(row["found"]["missing"]))  # a consistent case is the fastest
     lost = rows[0]["trial"]["case"]
     before = {row["trial"]["case"]: row["found"] for row in rows}
     units = {path: json.loads(path.read_text()) for path in (tmp_path / "work/tiny_tune/units").iterdir()}
@@ -72,7 +72,7 @@ def test_cases_are_drawn_sealed_diagnosed_scored_and_resumed(
     assert {row["trial"]["case"]: row["found"] for row in again} == before
     assert hashlib.sha256(sealed.read_bytes()).hexdigest() == sha
 
-    # The page is written anew from what is kept, and only from answers that were sealed.
+    # The page is redrawn from saved results, and only from sealed answers.
     capsys.readouterr()
     assert command(tmp_path, "--redraw") == 0
     assert sha in capsys.readouterr().out

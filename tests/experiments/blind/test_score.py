@@ -1,4 +1,4 @@
-"""Scores of answers that were made up, wrong ones among them."""
+"""Scores of invented right and wrong answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Answers that are sealed stay what they are."""
+"""Sealed answers cannot change."""
 
 from __future__ import annotations
 

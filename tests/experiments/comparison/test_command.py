@@ -1,4 +1,4 @@
-"""`trundle compare` from its file to its document, interrupted in every way."""
+"""`trundle compare` from file to document, with interruptions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def results(folder: Path) -> bytes:
 
 
 def episodes(folder: Path) -> list[dict[str, Any]]:
-    """Return what users get out of the results."""
+    """Return the results of all episodes."""
     head, *lines = map(json.loads, results(folder).splitlines())
     assert set(head) == {"settings", "policies", "trundle"}
     frames = [pd.DataFrame(line) for line in lines]
@@ -80,7 +80,7 @@ def test_the_document_contains_the_results(whole: Path, capsys: pytest.CaptureFi
 
 
 def kept(folder: Path) -> list[Path]:
-    """Return the files of the episodes that were played."""
+    """Return the files of the finished episodes."""
     return sorted((folder / "work/tiny").glob("*.json"))
 
 
@@ -130,14 +130,14 @@ def test_only_a_changed_agent_is_played_again(whole: Path, tmp_path: Path) -> No
     changed = TINY.replace("samples = 8, adapt = false", "samples = 9, adapt = false")
     assert compare(tmp_path, text=changed.replace('title = "Fixed"', 'title = "No adaptation"')) == 0
     assert len(kept(tmp_path)) == EPISODES + 5
-    # The page cannot be drawn from results of another agent of that name.
+    # The page cannot be redrawn from results of another agent with the same name.
     assert compare(tmp_path, "--redraw") == 2
     assert compare(tmp_path, "--fresh") == 0
     assert len(kept(tmp_path)) == EPISODES
 
 
 class Still:
-    """A policy that does nothing, and remembers for how long."""
+    """A policy that does nothing and counts its steps."""
 
     def __init__(self, file: str) -> None:
         self.push = 1.0 if "b" in Path(file).stem else 0.0

@@ -1,4 +1,4 @@
-"""A comparison's file: what cannot be used is refused in a sentence that says where."""
+"""The file of a comparison: errors name the place."""
 
 from pathlib import Path
 

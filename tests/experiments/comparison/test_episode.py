@@ -1,4 +1,4 @@
-"""What is noted of an episode."""
+"""Records of an episode."""
 
 from types import SimpleNamespace
 
@@ -33,7 +33,7 @@ def test_learnt_effects_are_listed_once_in_order() -> None:
 
 
 def test_only_the_oracle_knows_the_hidden_model() -> None:
-    # A wheel locked so hard that who believes in a free one cannot turn the table about it.
+    # A wheel with so much drag that a model with a free wheel cannot turn the table about it.
     wheel = {"kind": "viscous_wheel", "x": -0.5, "y": 0.3, "angle": 0.0, "mu_x": 800.0, "mu_y": 800.0}
     worlds = Worlds("W", "trundle/PushPose-v0", 0, 1, [], {"hidden": "none"}, [wheel])
     ends = {}

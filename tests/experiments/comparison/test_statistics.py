@@ -1,4 +1,4 @@
-"""Figures and intervals, against other sources and against what is known of them."""
+"""Statistics and intervals, compared with SciPy and with known results."""
 
 import numpy as np
 import pytest

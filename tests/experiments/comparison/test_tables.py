@@ -1,4 +1,4 @@
-"""Tables, from rows whose figures can be worked out by hand."""
+"""Tables of rows whose statistics are computed by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worlds: what is drawn is the seed's, and the same for all who play."""
+"""Worlds depend on the seed only and are the same for all agents."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""Each experiment rewrites its own section of the document."""
+"""Each experiment rewrites only its section of the document."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Small versions of the experiments: what each must show, or the section says something false."""
+"""Small versions of the experiments, with the results that the document states."""
 
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 
 
 def performed(name: str, trial: Row, **changed: Any) -> tuple[dict[str, Any], Row]:
-    """One trial of an experiment with some settings changed."""
+    """Run one trial of an experiment with some settings changed."""
     experiment = EXPERIMENTS[name]
     settings = experiment.settings(Options(CONFIGS)) | changed
     return settings, {**trial, **experiment.perform(settings, trial), "seconds": 1.0}
@@ -58,10 +58,10 @@ def test_open_loop_only_the_right_model_reaches_the_goal() -> None:
     assert right["error"] < 0.05 * radius
     assert not right["touched"]
     assert right["poses"][-1][:2] == pytest.approx([settings["length"], 0.0], abs=0.05 * radius)
-    assert max(abs(pose[1]) for pose in right["poses"]) > settings["obstacle"]  # around it
+    assert max(abs(pose[1]) for pose in right["poses"]) > settings["obstacle"]  # around the obstacle
     assert wrong["r2"] < settings["threshold"]
     assert wrong["error"] > radius
-    assert wrong["planned"] < 0.05 * radius  # it is the model that is wrong, not the plan
+    assert wrong["planned"] < 0.05 * radius  # the model is wrong, not the plan
 
 
 @pytest.mark.slow

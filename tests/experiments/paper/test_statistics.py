@@ -1,4 +1,4 @@
-"""Medians with intervals, also of counts that are not reached."""
+"""Medians with intervals, also of counts that are never reached."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What a run's file may say; what makes no sense is refused in one sentence, and nothing is written."""
+"""The file of a run: invalid settings are refused in one sentence without output."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a history tells: wheels by the size of their drags, what is known, and what it is said to be."""
+"""Histories: wheels sorted by drag, identifiability, and descriptions."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The page of a run: the same bytes for the same input, and everything that was learnt on it."""
+"""The page of a run: reproducible, and complete."""
 
 import json
 import re
@@ -32,7 +32,7 @@ def test_the_settings_are_shown_as_text() -> None:
 def test_the_ellipse_shrinks_from_tile_to_tile() -> None:
     tiles = page("found").split('class="tiles"')[1].split('class="panels"')[0]
     shown = tiles.split("<figure>")[1:]
-    # The first ellipse of a tile is that on the object, the second that in the magnifying glass.
+    # The first ellipse of a tile is on the object, the second in the magnified view.
     sizes = [float(re.findall(r'<ellipse rx="([\d.]+)"', figure)[0]) for figure in shown]
     assert len(sizes) == 6
     assert all(later < earlier for earlier, later in pairwise(sizes))

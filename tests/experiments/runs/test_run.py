@@ -1,4 +1,4 @@
-"""Runs go on where they were: killed at any moment, what comes out in the end is the same to the byte."""
+"""Runs continue after a kill at any time, with the same bytes in the end."""
 
 import json
 import os
@@ -39,7 +39,7 @@ def written(folder: Path, episodes: int = 1, seed: int = 3, horizon: int = 14) -
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below a folder, hidden ones too."""
+    """Return every file below a folder, including hidden ones."""
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
@@ -121,7 +121,7 @@ def test_a_killed_run_continues_with_the_same_result(tmp_path: Path) -> None:
 
 
 def until(there: object, process: subprocess.Popen[bytes]) -> None:
-    """Wait until something is there, as long as a process runs."""
+    """Wait until a path exists, while a process runs."""
     assert callable(there)
     ends = time.monotonic() + 60
     while not there():
