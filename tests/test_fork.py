@@ -1,4 +1,4 @@
-"""A forked child works, whatever its parent has done: none of the parent's threads is in it."""
+"""A forked child works, although the threads of its parent do not exist in it."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ count = 2
 duration = 1.5
 """
 PATIENCE = 120.0
-"""Time, s, that a child has: minutes more than it needs, however busy the machine is."""
+"""Timeout of a child, s."""
 WALL = [[[1.0, -0.1], [1.1, -0.1], [1.1, 0.1], [1.0, 0.1]]]
 
 
 class Work:
-    """What uses all cores: once it has run here, this process has threads that a fork does not have."""
+    """Work on all cores. Afterwards this process has threads that a fork does not have."""
 
     def __init__(self, folder: Path) -> None:
         scenario = folder / "scenario.toml"

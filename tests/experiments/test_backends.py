@@ -1,4 +1,4 @@
-"""Calls on every backend: the same results, after a lost worker or node too, and Ctrl-C while they run."""
+"""Calls on every backend: equal results, lost workers and nodes, and Ctrl-C."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def cluster() -> Iterator[Any]:
 
 
 def squares(store: Path) -> list[int]:
-    """Return what the store holds."""
+    """Return the content of the store."""
     return sorted(json.loads(path.read_text())["result"]["square"] for path in store.iterdir())
 
 

@@ -20,7 +20,7 @@ from trundle.experiments.versions import code_version, of_module
 
 
 def square(number: int, log: Path) -> dict[str, Any]:
-    """Return a square, and note that it was asked for."""
+    """Return a square, and log the call."""
     with log.open("a") as file:
         file.write(f"{number}\n")
     if number < 0:
@@ -99,7 +99,7 @@ def test_lost_output_of_a_unit_is_made_again(tmp_path: Path) -> None:
 
 
 def writes(path: Path) -> dict[str, Any]:
-    """Leave a file."""
+    """Write a file."""
     path.write_text("made")
     return {"digest": "1"}
 

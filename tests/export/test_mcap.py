@@ -1,4 +1,4 @@
-"""Recordings as MCAP: others find ROS messages in it, `trundle import` finds every bit."""
+"""Recordings as MCAP: other libraries read ROS messages, and `trundle import` restores every bit."""
 
 from collections import defaultdict
 from pathlib import Path
@@ -30,7 +30,7 @@ N = 60
 
 @pytest.fixture(scope="module")
 def recording() -> trundle.Recording:
-    """Two pushes of the demo, one held out; the tracker loses both bodies, the sensor skips readings."""
+    """Two pushes of the demo, one held out, with lost poses and skipped readings."""
     whole = trundle.simulate(DEMO)
     episodes = {}
     for name in ("episode_00", "episode_06"):
@@ -48,7 +48,7 @@ def columns(names: list[str], seed: int = 0) -> dict[str, Any]:
 
 
 def every(k: int, names: list[str]) -> dict[str, Any]:
-    """Return columns that are sampled in every k-th row."""
+    """Return columns with a sample in every k-th row."""
     return {
         name: np.where(np.arange(N) % k == 0, values, np.nan) for name, values in columns(names, k).items()
     }

@@ -1,4 +1,4 @@
-"""What is exported moves in MuJoCo as it does here."""
+"""Exported models move in MuJoCo as in trundle."""
 
 import importlib.util
 import json
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 SECONDS, SAMPLE = 4.0, 0.01
 TOLERANCE = (2e-3, 3e-3)
-"""Of position, m, and heading, rad, at MuJoCo's usual step of 2 ms; positions there lag by half a step."""
+"""Tolerances, m and rad, at MuJoCo's usual step of 2 ms; its positions lag by half a step."""
 
 BODY = """
 format = "trundle-model/1"
@@ -125,7 +125,7 @@ CASES = {
 
 
 def push(t: float) -> Floats:
-    """A push that comes, goes and comes back, off the mass centre; object axes."""
+    """Return a push with pauses and reversals, off the mass centre; object axes."""
     return np.array([30.0 * np.sin(1.7 * t), 12.0 * np.sin(3.0 * t), 6.0 * np.sin(2.3 * t)])
 
 
@@ -180,7 +180,7 @@ def test_the_exported_object_moves_as_in_trundle(case: str, tmp_path: Path) -> N
     if case != "locked wheel":
         assert np.ptp(expected, axis=0).max() > 0.1
     if "dry" not in case:
-        # Dry friction stops and starts at times that depend on the steps of both.
+        # The times at which dry friction starts and stops depend on both step sizes.
         assert gap(theirs(folder, 5e-4), expected)[0] < 0.5 * position
 
 
@@ -190,7 +190,7 @@ def test_forces_at_the_mass_centre(tmp_path: Path) -> None:
 
 
 def test_dry_friction_holds_against_a_contact(tmp_path: Path) -> None:
-    """A contact that no callback knows of beforehand: below breakaway nothing moves, above it does."""
+    """A contact that is unknown to the callback: the object moves only above breakaway."""
     folder = to_mujoco(trundle.Model.from_toml(BODY + LOCKED), tmp_path / "object")
     pusher = """
       <body name="pusher" pos="-0.7 -0.3 0.1"><joint name="pusher" type="slide" axis="1 0 0"/>
@@ -270,7 +270,7 @@ def test_a_drawn_model_is_the_simulated_one(tmp_path: Path) -> None:
 
 
 def test_shapes_become_geoms_of_the_same_area(tmp_path: Path) -> None:
-    """A footprint with a corner that points inwards, and a disc."""
+    """A concave footprint, and a disc."""
     text = """
     format = "trundle-model/1"
     [body]

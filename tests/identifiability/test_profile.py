@@ -1,4 +1,4 @@
-"""What a fit says of what the data hold; profiles; the choice of an optimiser."""
+"""Identifiability of a fit, profiles, and the choice of an optimiser."""
 
 from __future__ import annotations
 

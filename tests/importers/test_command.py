@@ -1,4 +1,4 @@
-"""`trundle import`, as it is called."""
+"""`trundle import` on the command line."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ PLAIN: dict[str, Any] = {
 
 
 def write_log(path: Path, start_ms: int) -> Path:
-    """A logger at 100 Hz whose tracker runs at 50: every pose stands there twice."""
+    """Write a log at 100 Hz with a tracker at 50 Hz, so that every pose is repeated."""
     rows = [HEADER]
     for k in range(100):
         seen = 2 * (k // 2)
@@ -102,7 +102,7 @@ def test_columns_without_a_header_are_numbered(imported: Import, tmp_path: Path)
 
 
 def test_a_y_up_tracker(imported: Import, tmp_path: Path) -> None:
-    """On the floor z is first and x second; a turn about the tracker's y is the heading."""
+    """z and x of the tracker are the floor axes; a rotation about its y is the heading."""
     parts = ("x", "y", "z", "qw", "qx", "qy", "qz")
     half = np.radians(15.0)
     file = tmp_path / "log.csv"
@@ -113,7 +113,7 @@ def test_a_y_up_tracker(imported: Import, tmp_path: Path) -> None:
     settings = {
         "time": "t",
         "world": {"plane": ["z", "x"]},
-        # The tracked body is y up as well: its axes are renamed in the same way.
+        # The tracked body also has y up, so its axes are exchanged in the same way.
         "object": {"offset": {"quaternion_wxyz": [0.5, -0.5, -0.5, -0.5]}},
         "columns": {f"object_{p}": p for p in parts} | {"force_x": "fx", "force_y": "fy", "torque_z": "tz"},
     }

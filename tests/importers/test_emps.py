@@ -1,4 +1,4 @@
-"""The EMPS benchmark: made up in its layout, and the real one."""
+"""The EMPS benchmark: invented files of its layout, and the real data."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_the_voltage_contains_the_pulses(real_data: Callable[[str], Path]) -> No
     volts = pulsed.vector("vir")
     jumps = (volts[edges + 1] - volts[edges]) / np.diff(pulses)[edges]
     np.testing.assert_allclose(jumps, 1.0, atol=0.15)
-    # Just before the next edge the position has settled.
+    # The position has settled just before the next edge.
     moved = (pulsed.vector("qm") - plain.vector("qm"))[edges]
     settled = 5.0 / float(plain.vector("kp")[0] * plain.vector("kv")[0])
     np.testing.assert_allclose(np.median(moved[1::2]) - np.median(moved[::2]), settled, rtol=0.1)

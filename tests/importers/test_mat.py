@@ -1,4 +1,4 @@
-"""MATLAB files through a map of variables, and the EMPS benchmark, whose files they are."""
+"""MATLAB files through a map of variables, with the layout of the EMPS benchmark."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EXAMPLE = Path(__file__).parents[2] / "configs" / "import" / "mat.toml"
 
 
 def write_axis(path: Path, **changes: Any) -> Path:
-    """A file with the benchmark's variables: column vectors, a scalar gain."""
+    """Write a file with the variables of the benchmark: column vectors and a scalar gain."""
     t = np.arange(50) / 1000
     variables: dict[str, Any] = {
         "t": t,

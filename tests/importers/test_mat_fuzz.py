@@ -1,4 +1,4 @@
-"""Damaged MATLAB files: each is read or refused in a sentence; none ends the process or takes much memory."""
+"""Damaged MATLAB files are read or refused; none crashes the process or takes much memory."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def test_version_7_3_is_read_in_a_separate_process(tmp_path: Path, monkeypatch: 
     path = tmp_path / "new.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
         file["t"] = np.arange(4.0)[None, :]
-        # Nothing is stored of it, yet it has 800 GB.
+        # A dataset of 800 GB without stored chunks.
         file.create_dataset("huge", (10**11,), dtype="f8", chunks=(1000,))
     with path.open("r+b") as raw:
         raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
@@ -143,7 +143,7 @@ def test_version_7_3_is_read_in_a_separate_process(tmp_path: Path, monkeypatch: 
     for _ in range(3):
         path.write_bytes(whole[:512] + mutated(whole[512:], draw))
         outcome(path, use)
-    # A library that ends its process.
+    # A library that crashes its process.
     fatal = tmp_path / "fatal.py"
     fatal.write_text("import os\nos.abort()\n")
     monkeypatch.setattr(matfile, "HDF5_READER", fatal)

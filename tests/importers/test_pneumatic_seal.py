@@ -1,4 +1,4 @@
-"""The pneumatic seal's logs: made up in their layout, and the real ones."""
+"""Logs of the pneumatic seal: invented files of their layout, and the real data."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def test_a_damaged_file_is_refused_with_its_row(tmp_path: Path) -> None:
 def test_friction_opposes_the_motion_in_real_logs(
     real_data: Callable[[str], Path], seal: str, bar: int
 ) -> None:
-    """Signs: the force that is left on the piston drives every stroke, forth and back."""
+    """Signs: the remaining force on the piston drives every stroke, forward and back."""
     got = read(real_data("pneumatic-seal") / f"{seal}_{bar}bar.csv", "pneumatic-seal")
     assert len(trundle.Recording(got.metadata, got.episodes).episodes) == 10
     for table in got.episodes.values():
@@ -162,7 +162,7 @@ def test_friction_opposes_the_motion_in_real_logs(
 
 
 def test_friction_grows_with_pressure_in_real_logs(real_data: Callable[[str], Path]) -> None:
-    """The author's band, the difference between strokes forth and back, is twice the friction."""
+    """The difference between strokes forward and back is twice the friction, as in the thesis."""
 
     def friction(path: Path) -> float:
         force = np.concatenate([table["force_x"] for table in read(path, "pneumatic-seal").episodes.values()])

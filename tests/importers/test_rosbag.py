@@ -58,7 +58,7 @@ def test_a_single_file_equals_its_folder(imported: Import, tmp_path: Path, stora
 def test_header_stamps_are_the_default(imported: Import, tmp_path: Path) -> None:
     push = Push()
     messages = push.messages()
-    # The sensor's messages were logged 80 ms after they were measured.
+    # Messages of the sensor were logged 80 ms after the measurement.
     late = [(topic, kind, ns + 80_000_000 * (topic == "/ft"), m) for topic, kind, ns, m in messages]
     bag = write_bag(tmp_path / "bag", late)
     check_push(imported(bag, "rosbag2", BAG_MAP).episodes["episode_00"], push)
@@ -95,7 +95,7 @@ def test_an_upside_down_sensor_is_rotated_with_its_wrench(imported: Import, tmp_
 
 
 def test_the_offset_transforms_the_tracked_frame(imported: Import, tmp_path: Path) -> None:
-    """The marker stands 0.1 m ahead of the object's origin and is turned by a quarter."""
+    """The marker is 0.1 m ahead of the object's origin and rotated by 90°."""
     push = Push()
     bag = write_bag(tmp_path / "bag", push.messages())
     offset = {"translation": [0.1, 0.0, -0.7], "rpy_deg": [0.0, 0.0, 90.0]}
@@ -136,7 +136,7 @@ def test_lost_and_repeated_poses_are_left_out_and_counted(imported: Import, tmp_
     for topic, kind, ns, message in push.messages():
         messages.append((topic, kind, ns, message))
         if topic == "/table":
-            # A relay says everything twice, 5 ms later; the tracker has lost the table at 1 s.
+            # A relay repeats every message after 5 ms; the tracker loses the table at 1 s.
             again = pose_stamped(ns + 5_000_000, (0, 0, 0), (0, 0, 0, 0))
             again.pose = message.pose if ns < EPOCH + 10**9 else again.pose
             messages.append((topic, kind, ns + 5_000_000, again))

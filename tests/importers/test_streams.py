@@ -1,4 +1,4 @@
-"""Streams: stale reads, shared time stamps, the joined table; and the rotations beneath poses."""
+"""Streams: stale reads, repeated time stamps and the joined table; and rotations of poses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ angles = st.floats(-3.1, 3.1)
 
 
 def test_stale_reads_are_dropped_and_rests_kept() -> None:
-    """At 100 Hz: read twice each while it moves, then it stands still for 0.2 s."""
+    """At 100 Hz every value is read twice during motion; then follows a rest of 0.2 s."""
     x = np.concatenate([np.repeat(np.arange(5.0), 2), np.full(20, 9.0)])
     stream = Stream(["x", "y"], np.arange(30) / 100, np.column_stack([x, x]))
     kept, count = drop_stale(stream)

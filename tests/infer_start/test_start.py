@@ -1,4 +1,4 @@
-"""Fits from a start that the caller states."""
+"""Fits from a given start."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ START = {
 
 @pytest.fixture(scope="module")
 def recording() -> trundle.Recording:
-    """Return a push along x of 10 kg on a wheel at the origin that resists with 30 N·s/m each way."""
+    """Return a push along x of 10 kg on a wheel at the origin with 30 N·s/m in all directions."""
     t = np.arange(0.0, 3.0, 0.01)
     force = np.where(t >= 0.2, 30.0, 0.0)
     since = np.maximum(t - 0.2, 0.0)

@@ -1,4 +1,4 @@
-"""Laws against MuJoCo bodies that have the real thing: joints, a tendon, a contact, a hinged wheel."""
+"""Laws compared with MuJoCo mechanisms: joints, a tendon, a contact, a hinged wheel."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ SECONDS, SAMPLE, STEP = 3.0, 0.01, 2e-4
 
 
 def push(t: float) -> Floats:
-    """A push to and fro off the mass centre, object axes about the object origin."""
+    """Return a push back and forth off the mass centre, object axes about the object origin."""
     return np.array([30.0 * np.sin(2.2 * t), 12.0 * np.sin(3.0 * t), 4.0 * np.cos(2.0 * t)])
 
 
 def forwards(t: float) -> Floats:
-    """A push mostly along x."""
+    """Return a push mostly along x."""
     return np.array([20.0, 4.0 * np.sin(2.0 * t), 1.5 * np.sin(3.0 * t)])
 
 
@@ -74,7 +74,7 @@ def engine(
 
 
 def laws(effect: str, wrench: Callable[[float], Floats] = push, inner: list[float] | None = None) -> Floats:
-    """The same table with a law instead."""
+    """Return the poses of the same table with a law instead."""
     model = trundle.Model.from_toml(
         f"""
         format = "trundle-model/1"
@@ -107,7 +107,7 @@ def gap(one: Floats, other: Floats) -> tuple[float, float]:
 
 
 def assert_alike(law: Floats, expected: Floats, without: Floats, position: float, heading: float) -> None:
-    """They agree, and the effect is twenty times as large."""
+    """Assert that poses agree, and that the effect is twenty times as large."""
     off = gap(law, expected)
     assert off[0] < position and off[1] < heading, off
     effect = gap(without, expected)
@@ -116,7 +116,7 @@ def assert_alike(law: Floats, expected: Floats, without: Floats, position: float
 
 @pytest.fixture(scope="module")
 def bare() -> Callable[[Callable[[float], Floats]], Floats]:
-    """The table with nothing more."""
+    """Return the poses of the table without an effect."""
     return lambda wrench: engine("", wrench=wrench)
 
 
@@ -180,7 +180,7 @@ def test_obstacle_contact(bare: Bare, friction: float) -> None:
         friction = {friction}""",
         forwards,
     )
-    # It gives way by a millimetre where MuJoCo's hardly does.
+    # The obstacle yields by a millimetre, MuJoCo's hardly.
     assert_alike(law, expected, bare(forwards), 8e-3, 8e-3)
 
 

@@ -1,4 +1,4 @@
-"""What `trundle fit` reports where its model does not explain the data, and where it does."""
+"""The lack-of-fit report of `trundle fit`."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_fit_and_sample_find_the_same_optimum(
     drawn = trundle.sample(recordings[name])
     assert drawn.summary["method"] == "laplace"
     fitted = [parameter["mean"] for parameter in fits[name].summary["parameters"]]
-    # Where the model is far from the data, the search stops a little apart in one flat optimum.
+    # If the model is far from the data, searches end at slightly different points of a flat optimum.
     apart = 0.02 if name == "demo" else 1e-9
     np.testing.assert_allclose(drawn.summary["modes"][0]["values"], fitted, rtol=apart)
     assert drawn.summary["lack_of_fit"]["found"] == (name != "clean")

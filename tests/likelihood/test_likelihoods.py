@@ -1,4 +1,4 @@
-"""`trundle.fit(likelihood=…)`: each choice, several recordings, parameters of an episode's own."""
+"""`trundle.fit(likelihood=…)`: each choice, several recordings, parameters per episode."""
 
 from __future__ import annotations
 

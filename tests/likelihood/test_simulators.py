@@ -1,4 +1,4 @@
-"""Obstacles, which the engine takes into account, and simulators of the caller's own."""
+"""Fits with known obstacles, and with black-box simulators."""
 
 from __future__ import annotations
 

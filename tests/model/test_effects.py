@@ -1,4 +1,4 @@
-"""The catalogue as Python and the command line show it."""
+"""The catalogue in Python and on the command line."""
 
 import json
 

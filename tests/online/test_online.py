@@ -1,4 +1,4 @@
-"""The estimate kept up to date: it agrees with the fit of all pushes, whole or in chunks."""
+"""The online estimate agrees with a fit of all pushes, for complete pushes and chunks."""
 
 from __future__ import annotations
 

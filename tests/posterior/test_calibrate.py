@@ -1,4 +1,4 @@
-"""Calibrations go on where they were stopped, and refuse to mix."""
+"""Calibrations continue after an interruption, and are not mixed."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Draws of the posterior of a small recording, and what is said of them."""
+"""Draws of the posterior of a small recording, and their diagnostics."""
 
 from pathlib import Path
 
@@ -105,7 +105,7 @@ def test_inference_data_is_restored_from_disk(posterior: trundle.Posterior, tmp_
 
 
 def test_unidentifiable_parameters_have_no_number(recording: Path) -> None:
-    # A wheel that resists nothing: where it stands is not in the data.
+    # The position of a wheel without friction is not identifiable.
     text = """
 format = "trundle-model/1"
 [body]

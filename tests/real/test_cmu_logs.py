@@ -1,4 +1,4 @@
-"""CMU's continuous logs: viscous against dry friction from the motion along the way."""
+"""CMU continuous logs: viscous and dry friction compared."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from examples.real_recordings import (
 def held_out(
     request: pytest.FixtureRequest, later_logs: trundle.Recording, earlier_logs: trundle.Recording
 ) -> trundle.Recording:
-    """The logs of one load and floor, of which one is held out."""
+    """The logs with one load and floor, one of them held out."""
     return with_held_out(later_logs if request.param in LATER else earlier_logs, request.param)
 
 
 def test_dry_friction_explains_each_held_out_log_better(held_out: trundle.Recording) -> None:
-    """Under a face whose pressure nobody knows: both laws may draw it together or apart."""
+    """The pressure under the face is unknown; both laws have a parameter for its spread."""
     viscous, dry, friction = compare_under_body(held_out)
     assert dry > viscous + 0.01
     assert dry > 0.9
@@ -47,7 +47,7 @@ def test_the_diagnosis_names_dry_friction(later_logs: trundle.Recording, log: st
     found = trundle.diagnose(split)
     assert found.verdict == "explained"
     assert found.missing[0] == "coulomb_friction"
-    # A damping of the spin stood for the unknown pressure before the pressure was a parameter.
+    # Without a parameter for the pressure, spin damping would replace it.
     assert "second_wheel" not in found.missing
     corners = split.metadata["object"]["footprint"]
     assert wrench_r2(found.series, corners, "after") > wrench_r2(found.series, corners) + 0.05
@@ -64,7 +64,7 @@ def test_the_diagnosis_names_dry_friction(later_logs: trundle.Recording, log: st
 def test_the_earlier_logs_have_another_load_or_floor(
     earlier_logs: trundle.Recording, later_logs: trundle.Recording
 ) -> None:
-    """Why they are a recording of their own: sliding straight takes half the force."""
+    """They are a separate recording because straight sliding takes half the force."""
     earlier, later = straight_sliding_force(earlier_logs), straight_sliding_force(later_logs)
     assert sorted(earlier) == list(EARLIER)
     assert sorted(later) == list(LATER)

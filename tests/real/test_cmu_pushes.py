@@ -1,4 +1,4 @@
-"""CMU's pushes: viscous against dry friction under a body whose feet and weight are known."""
+"""CMU pushes: viscous and dry friction compared, under a body with known feet and weight."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def compared(pushes: dict[str, trundle.Recording]) -> dict[str, tuple[float, flo
 def test_dry_friction_explains_held_out_pushes_better(
     compared: dict[str, tuple[float, float, float]],
 ) -> None:
-    """By another's estimate 0.864 for viscous, 0.913 for dry friction on average over ten such sets."""
+    """An independent estimate over ten such sets: 0.864 for viscous, 0.913 for dry friction on average."""
     assert list(compared) == SETS
     for name, (viscous, dry, _) in compared.items():
         assert dry > viscous + 0.01, name
@@ -55,7 +55,7 @@ def test_the_diagnosis_names_dry_friction_under_the_body(
     assert effect["explains"] > 0.1
     corners = pushes[name].metadata["object"]["footprint"]
     assert wrench_r2(found.series, corners, "after") > wrench_r2(found.series, corners) + 0.02
-    # The object was weighed, and its mass is not in slow pushes.
+    # The mass was weighed; slow pushes do not identify it.
     assert "mass" not in found.answer["nominal"]["after"]
     for figures in found.answer["fit"]["held_out"].values():
         given = {key for key, value in figures.items() if value is not None}

@@ -1,4 +1,4 @@
-"""EMPS: from mass and viscous friction to what its publication identified."""
+"""EMPS: fits and diagnosis compared with the publication."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_dry_friction_and_offset_agree_with_the_publication(fits: dict[str, dict
 
 
 def test_friction_by_direction_agrees_with_the_publication(fits: dict[str, dict[str, Any]]) -> None:
-    """The same, with friction that depends on direction: 166.7 forth, 240.4 back, 20.1 and 20.6 N."""
+    """The same with friction by direction: 166.7 forward, 240.4 back, 20.1 and 20.6 N."""
     found = values(fits["rail_directional"])
     assert found["mu_x"] + found["difference"] == pytest.approx(166.7, rel=0.03)
     assert found["mu_x"] - found["difference"] == pytest.approx(240.4, rel=0.045)
@@ -45,7 +45,7 @@ def test_friction_by_direction_agrees_with_the_publication(fits: dict[str, dict[
 
 
 def test_each_law_improves_the_held_out_error(fits: dict[str, dict[str, Any]]) -> None:
-    """One second ahead: 6.2, 2.0 and 1.4 mm by another's estimate of the same three models."""
+    """An independent estimate of the three models, one second ahead: 6.2, 2.0 and 1.4 mm."""
     assert window(fits["rail_viscous"]) == pytest.approx(6.4, abs=0.4)
     assert window(fits["rail_dry_bias"]) == pytest.approx(2.05, abs=0.15)
     assert window(fits["rail_directional"]) == pytest.approx(1.45, abs=0.15)
@@ -70,7 +70,7 @@ def test_the_diagnosis_names_the_published_effects(axis: trundle.Recording) -> N
     assert after["window_position_rmse"] < 2.1e-3
     assert after["heading_rmse"] is None
     assert found.answer["mismatch"]["regime"]
-    # The screw's ripple remains, and is the largest period.
+    # The ripple of the screw remains and is the largest period.
     largest = found.answer["residual"]["periods"][0]
     assert largest["of"] == "position"
     assert largest["period"] == pytest.approx(2.5e-3, rel=0.01)

@@ -1,4 +1,4 @@
-"""CSV as others write it."""
+"""CSV files of other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings that are made to mislead or to exhaust."""
+"""Malicious recordings."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_names_may_use_any_script(metadata: dict[str, Any], tables: Tables) -> N
 
 
 def test_the_time_is_linear_in_the_number_of_columns(folder: Path) -> None:
-    """With every pair of titles compared, these would be a minute and more."""
+    """A comparison of every pair of titles would take more than a minute."""
     names = [f"note_{k}" for k in range(100_000)]
     columns = ["t", "object_x", "object_y", "object_theta", "force_x", "force_y", "torque_z"]
     rows = [f"{k},{k},0,0,1,0,0" + "," * len(names) for k in range(3)]
@@ -77,7 +77,7 @@ def test_the_time_is_linear_in_the_number_of_columns(folder: Path) -> None:
 
 
 def test_a_small_parquet_file_does_not_take_gigabytes(folder: Path) -> None:
-    """A sentence of 300 letters in each of a million rows is stored once."""
+    """A text of 300 characters in each of a million rows is stored once."""
     pa = pytest.importorskip("pyarrow", reason="pyarrow makes the file")
     pq = pytest.importorskip("pyarrow.parquet")
     rows = 1_000_000

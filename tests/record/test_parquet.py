@@ -1,4 +1,4 @@
-"""Parquet as others write it."""
+"""Parquet files of other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings made, written and read in Python."""
+"""Recordings created, written and read in Python."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def test_other_threads_run_while_a_recording_is_read(metadata: dict[str, Any], t
     while reader.is_alive():
         turns.append(time.perf_counter())
     begin, end = span
-    # With the interpreter held while the file is read, this thread would get no turn in the middle.
+    # This thread could not run if the reader held the interpreter.
     assert any(0.3 < (turn - begin) / (end - begin) < 0.7 for turn in turns)
 
 

@@ -1,4 +1,4 @@
-"""What Python alone can get wrong; the rest is tested in Rust, message by message."""
+"""Errors that are specific to Python; Rust tests cover the others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`trundle.check` says nothing of clean recordings, and names each corruption."""
+"""`trundle.check` has no findings on clean recordings, and names each corruption."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`trundle.check` on recordings by varied instruments: silent where they are clean, right where not."""
+"""`trundle.check` on clean and corrupted recordings with varied instruments."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ SHORT: dict[str, Any] = {
     "mass_given": True,
     "sign": "on_object",
 }
-"""Recordings that are quick to draw, by instruments that are neither poor nor excellent."""
+"""Recordings that are fast to draw, with average instruments."""
 SHORT_SEED = 3
 FIRST = 40_000
 """First seed of the recordings that the slow tests draw."""
 CLEAN = 60
 EACH = 10
 HITS = 0.8
-"""Share of the corrupted recordings in which each corruption is found, at least."""
+"""Minimum share of corrupted recordings in which each corruption is found."""
 BLAMED = {61008: "a lag under a convention that hardly helps", 61038: "a law that explains no episode well"}
-"""Clean recordings that were once complained of, and from what."""
+"""Seeds of former false alarms, and their cause."""
 INERTIAL = (61003, 61011)
-"""Recordings at 100 Hz in which acceleration explains much of the force: those show a short delay."""
+"""Recordings at 100 Hz with much acceleration, in which a short delay is detectable."""
 
 
 @cache
@@ -92,7 +92,7 @@ def test_a_delay_of_half_a_sample_is_estimated(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3, 18])
 def test_a_finger_without_torque_reading_has_no_torque_about_its_tip(seed: int) -> None:
-    """Whatever `reference` says: nothing was read about the object's origin."""
+    """This holds for any `reference`, because no torque was read about the object's origin."""
     drawn = draw(seed, **{**SHORT, "frame": "world", "contact": "point"})
     tables = {name: {k: v for k, v in one.items() if k != "torque_z"} for name, one in drawn.tables.items()}
     wrench = drawn.metadata["wrench"] | {"reference": "object"}
@@ -111,7 +111,7 @@ def test_the_precontact_interval_may_start_before_the_table() -> None:
 
 
 def test_runs_of_lost_poses_have_no_findings() -> None:
-    """Runs of 0.15 s in the mean, at any time: the longest is no other than the rest."""
+    """Runs of 0.15 s on average at random times; the longest one is not special."""
     clean, rng = short("sensor"), np.random.default_rng(4)
     tables = deepcopy(clean.tables)
     for columns in tables.values():

@@ -1,4 +1,4 @@
-"""The checks on recordings of real machines, where they are present: they do not cry wolf."""
+"""Checks on real recordings, if present: no serious false alarms."""
 
 from __future__ import annotations
 
@@ -35,5 +35,5 @@ def test_continuous_logs_have_no_serious_findings(real_data: RealData, tmp_path:
 def test_single_pushes_have_few_findings(real_data: RealData, tmp_path: Path) -> None:
     for source in sorted(real_data("cmu-planar-push/pushes").glob("*.txt")):
         recording = imported("cmu-planar-push", source, tmp_path / source.stem)
-        # Tares that were taken in contact are the only thing wrong with some of them.
+        # Some of them have a tare in contact and no other finding.
         assert {kind for kind, _ in grave(recording)} <= {"tare"}

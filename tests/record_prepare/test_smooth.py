@@ -1,4 +1,4 @@
-"""Twist and acceleration from noisy poses against the truth, on a table pushed as hard as one is."""
+"""Twist and acceleration from noisy poses, compared with the truth."""
 
 from __future__ import annotations
 
@@ -64,6 +64,6 @@ def test_fewer_than_five_poses_have_no_motion() -> None:
 
 
 def drop_empty(columns: dict[str, Floats]) -> dict[str, Floats]:
-    """Rows that hold no sample are none."""
+    """Drop rows without a sample."""
     held = ~np.all([np.isnan(values) for name, values in columns.items() if name != "t"], axis=0)
     return {name: values[held] for name, values in columns.items()}

@@ -1,4 +1,4 @@
-"""Fingerprints are those that the shell prints."""
+"""Fingerprints agree with those of the shell."""
 
 from __future__ import annotations
 

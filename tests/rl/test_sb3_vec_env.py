@@ -182,7 +182,7 @@ def test_infos_of_wrappers_are_passed_on() -> None:
 
 
 class Numbered(VectorWrapper):
-    """A batch that numbers its episodes."""
+    """A batch that counts its episodes."""
 
     episodes = 0
 

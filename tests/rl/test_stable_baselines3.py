@@ -1,4 +1,4 @@
-"""The environment as stable-baselines3 sees it. Needs the extra [rl]."""
+"""The environments under stable-baselines3. Needs the extra [rl]."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Training with stable-baselines3: killed and gone on with, it ends the same. Needs the extra [rl]."""
+"""Training with stable-baselines3, with interruptions. Needs the extra [rl]."""
 
 import re
 import signal
@@ -57,7 +57,7 @@ BOTH = pytest.mark.parametrize("own", [PPO, SAC], ids=["PPO", "SAC"])
 
 
 class KilledError(Exception):
-    """Stands for a kill."""
+    """Represents a kill."""
 
 
 def written(folder: Path, own: str) -> Path:

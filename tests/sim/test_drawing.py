@@ -1,4 +1,4 @@
-"""Pictures of the environments: what is drawn, where, and the window that shows it."""
+"""Images of the environments, and their window."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def is_green(colour: list[int]) -> bool:
 
 
 def changed(view: View, **what: Any) -> NDArray[np.bool_]:
-    """Where a picture changes if the view does."""
+    """Return where an image changes with the view."""
     different: NDArray[np.bool_] = np.any(picture(view) != picture(replace(view, **what)), axis=2)
     return different
 

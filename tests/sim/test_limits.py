@@ -1,4 +1,4 @@
-"""Legal values that lead nowhere: refused in a sentence, before memory, time or numbers run out."""
+"""Valid but excessive values are refused before memory, time or number range are exhausted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trundle.envs.push import ActionError
 
 OBJECT = Path(__file__).parents[2] / "configs" / "objects" / "office_table.toml"
 PUSHING = {"kind": "directional_friction", "angle": 0.3, "difference": -1e6}
-"""Legal, and the opposite of a friction: motion grows beyond all numbers."""
+"""A valid effect with negative friction, under which the motion diverges."""
 NAMED = r"directional_friction\.difference = -?1000000 N·s/m"
 
 
@@ -112,7 +112,7 @@ def test_a_snapshot_with_a_flipped_bit_is_refused() -> None:
 
 
 def test_a_snapshot_of_an_earlier_version_is_read() -> None:
-    """Those had no checksum: the state alone."""
+    """Earlier snapshots had no checksum."""
     env: Any = gym.make("trundle:trundle/PushAround-v0").unwrapped
     env.reset(seed=1)
     options, state = env.snapshot().__getnewargs__()

@@ -1,4 +1,4 @@
-"""The pushing environments: what Gymnasium asks of them, and what they promise."""
+"""The pushing environments: requirements of Gymnasium, and documented properties."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_ids_are_registered_without_an_import() -> None:
 @pytest.mark.parametrize("name", FLAT)
 def test_a_seed_determines_the_episodes(name: str) -> None:
     def episodes(seed: int) -> list[Any]:
-        # The locked wheel's task says itself what is hidden.
+        # The LockedWheel task already sets `hidden`.
         hidden: dict[str, Any] = {} if name == "LockedWheel" else {"hidden": "catalogue"}
         env: Env = gymnasium.make(f"trundle/{name}-v0", object="random", **hidden)
         first = env.reset(seed=seed)[0].tolist(), rollout(env, actions(50))
@@ -206,7 +206,7 @@ def test_a_gripper_stalls_at_an_obstacle() -> None:
     here, _ = env.reset(seed=0)
     touched, most = False, 0.0
     for _ in range(200):
-        # Straight at the box, whose middle is seen.
+        # Straight towards the observed middle of the box.
         way = here[16:18] - here[:2]
         action = np.append(way / np.hypot(*way), 0.0).astype(np.float32)
         here, _, ended, _, info = env.step(np.clip(action, -1, 1))

@@ -1,4 +1,4 @@
-"""Goal-conditioned environments: the reward of what was observed, and of any goal put in its place."""
+"""Goal-conditioned environments: rewards for achieved and substituted goals."""
 
 from __future__ import annotations
 

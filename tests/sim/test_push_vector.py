@@ -59,7 +59,7 @@ def same(ours: Any, theirs: Any) -> None:
 
 
 def same_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
-    """What Gymnasium's batch says ours says too; where a mask is False ours may say anything."""
+    """Assert that infos agree with those of Gymnasium's batch where the masks are True."""
     for key, value in theirs.items():
         if key.startswith("_"):
             np.testing.assert_array_equal(ours[key], value, err_msg=key)

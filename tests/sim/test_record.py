@@ -17,7 +17,7 @@ Env = gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]
 
 
 def push(env: Env, steps: int, seed: int) -> int:
-    """Push with actions that hold for 0.4 s; the number of steps until the end."""
+    """Push with actions of 0.4 s, and return the number of steps until the end."""
     random = np.random.default_rng(seed)
     action = np.zeros(3, dtype=np.float32)
     for k in range(steps):

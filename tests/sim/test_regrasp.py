@@ -1,4 +1,4 @@
-"""`action="regrasp"`: the gripper lets go, is away for a second, and takes hold elsewhere."""
+"""`action="regrasp"`: the gripper releases the object and grasps it elsewhere a second later."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trundle.cli import main
 from trundle.envs import Oracle, Push
 
 AWAY = 20
-"""Actions that it takes to hold elsewhere."""
+"""Number of actions of a regrasp."""
 POSE = "trundle/PushPose-v0"
 MIDDLE = {"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)}
 Env = gymnasium.Env[Any, NDArray[np.float32]]
@@ -32,7 +32,7 @@ def act(*wrench: float, to: tuple[float, float] | None = None) -> Action:
 
 
 def wandering(count: int, seed: int = 0) -> list[Action]:
-    """Wrenches, with a wish to be elsewhere in every thirtieth action."""
+    """Return wrenches with a regrasp in every thirtieth action."""
     drawn = np.random.default_rng(seed).uniform(-0.3, 0.3, (count, 6)).astype(np.float32)
     drawn[:, 3:5] *= 3.0
     drawn[:, 5] = np.where(np.arange(count) % 30 == 3, 0.5, -0.5)
@@ -201,7 +201,7 @@ def test_a_recording_with_a_regrasp_is_valid_and_can_be_fitted(tmp_path: Path) -
     assert found["body.mass"] == pytest.approx(22.0, rel=0.01)
     for axis in "xy":
         assert found[f"viscous_wheel.{axis}"] == pytest.approx(wheel[axis], abs=0.005)
-    # Turned by a quarter with the two exchanged it is the same wheel.
+    # A wheel rotated by 90° with exchanged coefficients is the same wheel.
     drags = sorted(found[f"viscous_wheel.mu_{axis}"] for axis in "xy")
     assert drags == pytest.approx(sorted(wheel[f"mu_{axis}"] for axis in "xy"), rel=0.02)
 

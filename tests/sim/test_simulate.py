@@ -19,7 +19,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def changed(tmp_path: Path, old: str, new: str) -> Path:
-    """Return the demo's scenario with a change, beside its object."""
+    """Return the demo's scenario with a change, next to its object."""
     for folder in ("experiments", "objects"):
         (tmp_path / folder).mkdir()
     table = CONFIGS / "objects" / "office_table.toml"

@@ -1,4 +1,4 @@
-"""The state of a training, as data alone; tensors and whole trainings are in `tests/rl`."""
+"""The state of a training as plain data; `tests/rl` tests tensors and complete trainings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The generator of the wide benchmark: two engines that agree, and conventions that change nothing."""
+"""The generator of the wide benchmark: both engines agree, and conventions do not change the data."""
 
 from __future__ import annotations
 
@@ -89,13 +89,13 @@ def test_the_true_motion_follows_from_the_true_reading(engine: str, contact: str
 
 
 def at_steps(seen: Readings) -> Floats:
-    """Return the poses at the solver's steps."""
+    """Return the poses at the steps of the solver."""
     t = np.arange(CONTACT_TIME_S, float(seen.t[-1]), TIME_STEP_S)
     return np.column_stack([np.interp(t, seen.t, seen.pose[:, k]) for k in range(3)])
 
 
 def replayed(scene: WideScene, episode: int, seen: Readings) -> Floats:
-    """Return the poses that the wrench that was read gives an object with nothing but its wheel."""
+    """Return the poses of the object with only its wheel under the measured wrench."""
     angle = seen.gripper[:, 2]
     fx = np.cos(angle) * seen.wrench[:, 0] - np.sin(angle) * seen.wrench[:, 1]
     fy = np.sin(angle) * seen.wrench[:, 0] + np.cos(angle) * seen.wrench[:, 1]
@@ -128,7 +128,7 @@ def test_a_finger_keeps_touching_under_load() -> None:
 
 
 def test_an_oracle_keeps_the_time_of_an_event() -> None:
-    # The thinned recording, over which a fit begins, prefers a moment 1.4 s earlier.
+    # The thinned recording, with which a fit starts, prefers a time 1.4 s earlier.
     scene = draw_wide_scene(72011, 23, "mujoco")
     load = {"episode": 1, "time": 5.4226, "mass": -6.9746}
     hidden = [HiddenEffect(get_family("mass_change"), load)]
@@ -184,7 +184,7 @@ def test_every_family_has_an_influence_in_its_engines(name: str) -> None:
 
 
 def placed(name: str, engine: str, seed: int) -> tuple[WideScene, list[Readings], list[HiddenEffect]] | None:
-    """Return a scene that has a place for a family, its motion without, and the family with values."""
+    """Return a scene that supports a family, its motion without it, and the family with values."""
     scene = scene_with("grasp", engine, seed, 5.0 if name == "obstacle_contact" else 2.0)
     bare = simulate_case(scene, [])
     found = (draw_effects([name], 1, attempt, scene, bare) for attempt in range(10))
@@ -193,7 +193,7 @@ def placed(name: str, engine: str, seed: int) -> tuple[WideScene, list[Readings]
 
 
 def distorted(scene: WideScene, hidden: list[HiddenEffect], episode: int, seen: Readings) -> Readings:
-    """Return what the instruments make of a motion."""
+    """Return the measurements of a motion."""
     for one in hidden:
         seen = one.family.distort(seen, EpisodeContext(None, None, scene, episode), one.values)
     return seen

@@ -1,4 +1,4 @@
-"""`trundle prove` with a wide benchmark's file, with a diagnosis that is made up."""
+"""`trundle prove` with the file of a wide benchmark and an invented diagnosis."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def command(tmp_path: Path, *more: str, text: str = TINY) -> int:
 
 
 def made_up(digest: str, limit: float, folder: Path) -> dict[str, Any]:
-    """Return an answer without looking, but for the folder's name and content."""
+    """Return an invented answer that depends on the name and content of the folder only."""
     assert folder_digest(folder) == digest
     trundle.read(folder)
     with (folder.parents[2] / "asked").open("a") as file:
@@ -70,7 +70,7 @@ def test_drawn_sealed_diagnosed_and_continued(
     assert [row["answer"]["verdict"] for row in rows] == ["consistent", "refused"]
     assert "cost" not in rows[0]["answer"]
 
-    # Nothing is done twice, and what was lost is made again with the same bytes.
+    # Nothing is repeated, and lost output is made again with the same bytes.
     recording = tmp_path / "work/wide/tune/recordings/case_0000"
     before = folder_digest(recording)
     for path in recording.iterdir():
@@ -99,14 +99,14 @@ def test_another_machine_continues_the_shares_of_a_range(
     first = (kept / "tiny_tune_00.jsonl").read_bytes()
     assert [json.loads(line)["case"] for line in first.splitlines()[1:]] == ["case_0000", "case_0002"]
 
-    # The second machine has what was kept, but neither recordings nor finished units.
+    # The second machine has the saved results, but neither recordings nor finished units.
     (tmp_path / "work").rename(tmp_path / "lost")
     assert command(tmp_path, text=text) == 0
     assert "2 of 2 shares: 3 recordings" in capsys.readouterr().out
     assert (tmp_path / "work/wide/asked").read_text().split() == ["case_0001"]
     assert (kept / "tiny_tune_00.jsonl").read_bytes() == first
 
-    # Another version of the code does it again, share by share.
+    # Another version of the code repeats every share.
     newer = {"generator": "1", "diagnosis": "2-3"}
     monkeypatch.setattr("trundle.experiments.wide.run.code_versions", lambda: newer)
     assert command(tmp_path, "--shares", "1", text=text) == 0

@@ -51,7 +51,7 @@ def test_tied_sets_contain_complete_sets() -> None:
     assert is_right(found, truth("floor_slope", "force_bias"))
     assert is_right(found, truth("tether"))
     assert not is_right(found, truth("floor_slope"))
-    # A class in which the answer itself is not says nothing of it.
+    # A class without the answer itself does not count.
     assert not is_right(answer("latency", tied_sets=[[["tether"], ["floor_slope"]]]), truth("tether"))
 
 

@@ -1,4 +1,4 @@
-"""A table pushed against fixed things: `trundle simulate` and MuJoCo, poses and what the wall takes.
+"""A table pushed against fixed boxes: poses and wall impulses of `trundle simulate` and MuJoCo.
 
 An impact in which friction turns a slip round has no one law: an impulse at once, as the engine has it, and
 a force that lasts a little, as the walls here have it, end apart by centimetres. Poses after such a one are

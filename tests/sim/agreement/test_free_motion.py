@@ -42,7 +42,7 @@ BODIES: Mapping[str, Mapping[str, Any]] = {
 
 @pytest.fixture(scope="module")
 def bare() -> Floats:
-    """Where the table goes without anything more."""
+    """Return the poses of the table without an effect."""
     return integrated([WHEEL], PUSH, 1e-3)
 
 
