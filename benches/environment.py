@@ -67,11 +67,11 @@ def options_at_wall() -> dict[str, Any]:
     """Return reset options that place the table of seed 0 in front of a wall next to the doorway."""
     seen, _ = gymnasium.make("trundle/PushDoor-v0", **environment_options(WALL)).reset(seed=0)
     x, y, cos, sin, width = seen[-5:]
-    beside = width / 2 + 0.45
+    offset = width / 2 + 0.45
     return {
         "start": [
-            x - WALL_DISTANCE_M * cos - beside * sin,
-            y - WALL_DISTANCE_M * sin + beside * cos,
+            x - WALL_DISTANCE_M * cos - offset * sin,
+            y - WALL_DISTANCE_M * sin + offset * cos,
             np.arctan2(sin, cos),
         ]
     }
