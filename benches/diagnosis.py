@@ -1,12 +1,12 @@
-"""Where the time of a diagnosis goes, what memory it takes, and how both grow with the recording.
+"""CPU time and memory of a diagnosis, by stage and by length of the recording.
 
 python benches/diagnosis.py --pushes 2 4 8 16
 
-A table with a wheel that also rubs somewhere, which is to be found: pushes of 6 s, poses at 60 Hz, wrenches
-at 100 Hz, and one more push that is held out. Each recording is diagnosed in a process of its own. Times are
-of all cores (CPU) by the stage that the diagnosis reports; single fits belong to the stage around them, the
-screen to the simulation under test, rivals and the page to the figures. Memory: the most that the process
-had, and what it had before it diagnosed.
+The recording shows a table with a wheel and dry friction at one point, in pushes of 6 s with poses at 60 Hz
+and wrenches at 100 Hz; one more push is held out. Each recording is diagnosed in a separate process. CPU
+times are those of all cores, by the stage that the diagnosis reports. Single fits count in the enclosing
+stage, the screen in the simulation under test, competing models and the report in the error metrics. Memory
+is the peak of the process, and its peak before the diagnosis.
 """
 
 from __future__ import annotations
@@ -53,29 +53,29 @@ duration = 6.0
 speed = 0.3
 spin = 0.5
 """
-INNER = ("fit", "profile")
-"""Reports of what happens within a stage."""
-MIB = 1024 if sys.platform == "linux" else 1024**2
-"""Of `ru_maxrss` in a MiB."""
+NESTED_REPORTS = ("fit", "profile")
+"""Progress reports within a stage."""
+RSS_UNITS_PER_MIB = 1024 if sys.platform == "linux" else 1024**2
+"""Units of `ru_maxrss` per MiB."""
 
 
 class Stages:
-    """CPU seconds by stage."""
+    """Progress callback that adds up CPU seconds by stage."""
 
     def __init__(self) -> None:
         self.stage, self.since = "reading", process_time()
         self.seconds: dict[str, float] = {}
 
     def __call__(self, what: str, share: float = 0.0) -> None:
-        """Count what went by to the stage that ends here, if one does."""
-        if what not in (self.stage, *INNER):
+        """Add the elapsed CPU time to the last stage if a new one starts."""
+        if what not in (self.stage, *NESTED_REPORTS):
             now = process_time()
             self.seconds[self.stage] = self.seconds.get(self.stage, 0.0) + now - self.since
             self.stage, self.since = what, now
 
 
-class Measured(NamedTuple):
-    """What one diagnosis took: CPU seconds by stage, of writing the page, seconds by the clock, MiB."""
+class Cost(NamedTuple):
+    """Cost of a diagnosis: CPU s by stage and of the report, wall time in s, MiB before and at the peak."""
 
     stages: dict[str, float]
     page: float
@@ -85,65 +85,65 @@ class Measured(NamedTuple):
     answer: str
 
 
-def recorded(pushes: int) -> trundle.Recording:
-    """Return pushes of the table, and one that is held out."""
+def simulate_pushes(pushes: int) -> trundle.Recording:
+    """Simulate pushes of the table, and one more that is held out."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scenario.toml"
         path.write_text(SCENARIO.format(table=TABLE, pushes=pushes + 1), encoding="utf-8")
         return trundle.simulate(path, seed=0)
 
 
-def memory() -> float:
-    """Return the most memory that this process has had, MiB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / MIB
+def peak_memory_mib() -> float:
+    """Return the peak memory of this process, MiB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / RSS_UNITS_PER_MIB
 
 
-def measured(pushes: int) -> Measured:
-    """Diagnose a recording."""
-    recording, before = recorded(pushes), memory()
-    began, stages = perf_counter(), Stages()
-    found = trundle.diagnose(recording, progress=stages)
+def measure(pushes: int) -> Cost:
+    """Diagnose a recording of so many pushes, and measure the cost."""
+    recording, before = simulate_pushes(pushes), peak_memory_mib()
+    start, stages = perf_counter(), Stages()
+    diagnosis = trundle.diagnose(recording, progress=stages)
     stages("end")
-    clock, page = perf_counter() - began, process_time()
-    render(found.answer, found.series)
+    clock, page = perf_counter() - start, process_time()
+    render(diagnosis.answer, diagnosis.series)
     page = process_time() - page
-    answer = " ".join([found.verdict, *found.missing])
-    return Measured(stages.seconds, page, clock, before, memory(), answer)
+    answer = " ".join([diagnosis.verdict, *diagnosis.missing])
+    return Cost(stages.seconds, page, clock, before, peak_memory_mib(), answer)
 
 
-def apart(pushes: int) -> Measured:
-    """Return the same from a process of its own, whose memory is its own."""
+def measure_in_subprocess(pushes: int) -> Cost:
+    """Return the same from a separate process, so that its memory is not shared."""
     command = [sys.executable, __file__, "--one", str(pushes)]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE)
-    return Measured(**json.loads(done.stdout))
+    return Cost(**json.loads(done.stdout))
 
 
-def power(sizes: list[int], values: list[float]) -> float:
-    """Return the exponent by which values grow with sizes: the slope of their logarithms."""
+def growth_exponent(sizes: list[int], values: list[float]) -> float:
+    """Return the exponent with which values grow with sizes: the slope of their logarithms."""
     return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
 
 
-def show(sizes: list[int], found: list[Measured]) -> None:
-    """Print stages down, recordings across."""
-    stages = list(dict.fromkeys(stage for one in found for stage in one.stages))
-    totals = [sum(one.stages.values()) for one in found]
-    line("CPU seconds, pushes fitted:", sizes, "9d")
+def print_table(sizes: list[int], costs: list[Cost]) -> None:
+    """Print a table with a row for each stage and a column for each recording."""
+    stages = list(dict.fromkeys(stage for cost in costs for stage in cost.stages))
+    totals = [sum(cost.stages.values()) for cost in costs]
+    print_row("CPU seconds, pushes fitted:", sizes, "9d")
     for stage in stages:
-        line(stage, [one.stages.get(stage, 0.0) for one in found])
-    line("  of these, the page", [one.page for one in found])
-    line("all", totals)
-    line("all, for each push", [total / size for total, size in zip(totals, sizes, strict=True)])
-    line("seconds by the clock", [one.clock for one in found])
-    line("MiB before", [one.before for one in found], "9.1f")
-    line("MiB at most", [one.peak for one in found], "9.1f")
+        print_row(stage, [cost.stages.get(stage, 0.0) for cost in costs])
+    print_row("  of these, the report", [cost.page for cost in costs])
+    print_row("total", totals)
+    print_row("total per push", [total / size for total, size in zip(totals, sizes, strict=True)])
+    print_row("wall time, s", [cost.clock for cost in costs])
+    print_row("MiB before the diagnosis", [cost.before for cost in costs], "9.1f")
+    print_row("MiB at the peak", [cost.peak for cost in costs], "9.1f")
     if len(sizes) > 1:
-        print(f"CPU seconds grow as pushes to the power of {power(sizes, totals):.2f}")
-    for size, one in zip(sizes, found, strict=True):
-        print(f"{size} pushes: {one.answer}")
+        print(f"CPU time grows as the number of pushes to the power of {growth_exponent(sizes, totals):.2f}")
+    for size, cost in zip(sizes, costs, strict=True):
+        print(f"{size} pushes: {cost.answer}")
 
 
-def line(name: str, values: Sequence[float], form: str = "9.2f") -> None:
-    """Print a line of the table."""
+def print_row(name: str, values: Sequence[float], form: str = "9.2f") -> None:
+    """Print a row of the table."""
     print(f"{name:32}" + "".join(format(value, form) for value in values))
 
 
@@ -154,9 +154,9 @@ def main() -> None:
     parser.add_argument("--one", type=int, help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.one is None:
-        show(args.pushes, [apart(pushes) for pushes in args.pushes])
+        print_table(args.pushes, [measure_in_subprocess(pushes) for pushes in args.pushes])
     else:
-        print(json.dumps(measured(args.one)._asdict()))
+        print(json.dumps(measure(args.one)._asdict()))
 
 
 if __name__ == "__main__":

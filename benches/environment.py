@@ -1,11 +1,12 @@
-"""Steps per CPU-second of the environments beside others', what a step costs beside physics, and memory.
+"""Steps per CPU second of the environments and of peers, the overhead of a step, and memory.
 
 python benches/environment.py --rounds 9
 
-A step is an action of 20 ms: 10 simulation steps of 2 ms, here and in MuJoCo; the others have their own. One
-thread each. All take turns; the fastest turn of each counts. `peers.py` says what they are. Ours draw noise,
-reward and reset; MuJoCo's tables are bare physics. "x same" and "x lean" are ratios to the fastest way of
-stepping MuJoCo's table of that law in the same scene, "x pusht" to gym-pusht.
+A step is an action of 20 ms: 10 simulation steps of 2 ms in trundle and MuJoCo; other peers have their own
+steps. Each uses one thread. All take turns, and the fastest turn of each counts. `peers.py` describes the
+peers. trundle's environments include noise, rewards and resets; MuJoCo's tables are physics only. "x same"
+and "x lean" are ratios to the fastest way of stepping MuJoCo's table of that law in the same scene, "x pusht"
+to gym-pusht.
 """
 
 from __future__ import annotations
@@ -41,37 +42,43 @@ from peers import (
 import trundle
 
 ENVS = (1, 64, MANY)
-TURN = 0.15
-"""How long a turn lasts, CPU seconds."""
-LENGTHS = (1, 10, 25, 50)
-"""Simulation steps in an action, from which its cost without any is found."""
-IDS = {FREE: "LockedWheel", WALL: "PushDoor", GRIPPER: "LockedWheel"}
-TARGETS = {FREE: 10.0, WALL: 1.2, GRIPPER: 1.2}
-"""How many times as fast as MuJoCo ours should be."""
-TIMES = 100.0
-"""The same of gym-pusht, with nothing near."""
-KIB = 64.0
-"""What an environment may take, KiB."""
-AHEAD = 0.05 + 0.6 + 0.004
-"""From the middle of a wall to that of a table that stands before it with 4 mm between them, m."""
+TURN_DURATION_S = 0.15
+"""Duration of a turn, CPU s."""
+ACTION_LENGTHS = (1, 10, 25, 50)
+"""Numbers of simulation steps per action, from which the cost of an action without any is extrapolated."""
+TASKS = {FREE: "LockedWheel", WALL: "PushDoor", GRIPPER: "LockedWheel"}
+TARGET_RATIOS = {FREE: 10.0, WALL: 1.2, GRIPPER: 1.2}
+"""Target ratios to the speed of MuJoCo."""
+PUSHT_TARGET_RATIO = 100.0
+"""Target ratio to the speed of gym-pusht, away from obstacles."""
+MAX_MEMORY_KIB = 64.0
+"""Target for the memory of an environment, KiB."""
+WALL_DISTANCE_M = 0.05 + 0.6 + 0.004
+"""Distance from the middle of a wall to that of a table in front of it, with a gap of 4 mm, m."""
 
 
-def options(scene: str, substeps: int = SUBSTEPS) -> dict[str, Any]:
-    """Return what an environment of a scene is made with; its episodes end only where the object is lost."""
+def environment_options(scene: str, substeps: int = SUBSTEPS) -> dict[str, Any]:
+    """Return the arguments of an environment; episodes end only if the object leaves the workspace."""
     action = "velocity" if scene == GRIPPER else "wrench"
     return {"action": action, "hidden": "locked", "step": STEP, "substeps": substeps, "horizon": 0}
 
 
-def before_wall() -> dict[str, Any]:
-    """Return reset options that put the table of seed 0 before a wall, beside the doorway, facing it."""
-    seen, _ = gymnasium.make("trundle/PushDoor-v0", **options(WALL)).reset(seed=0)
+def options_at_wall() -> dict[str, Any]:
+    """Return reset options that place the table of seed 0 in front of a wall next to the doorway."""
+    seen, _ = gymnasium.make("trundle/PushDoor-v0", **environment_options(WALL)).reset(seed=0)
     x, y, cos, sin, width = seen[-5:]
-    beside = width / 2 + 0.45
-    return {"start": [x - AHEAD * cos - beside * sin, y - AHEAD * sin + beside * cos, np.arctan2(sin, cos)]}
+    offset = width / 2 + 0.45
+    return {
+        "start": [
+            x - WALL_DISTANCE_M * cos - offset * sin,
+            y - WALL_DISTANCE_M * sin + offset * cos,
+            np.arctan2(sin, cos),
+        ]
+    }
 
 
 def actions(scene: str, envs: int) -> list[Any]:
-    """Return actions, to be repeated: a press against the wall, or random wrenches or velocities."""
+    """Return a cycle of actions: a push against the wall, or random wrenches or velocities."""
     if scene == WALL:
         return [np.tile(np.float32([PRESS, 0.0, 0.0]), (envs, 1))]
     drawn = np.random.default_rng(0).uniform(-1.0, 1.0, (32, envs, 3)).astype(np.float32)
@@ -79,14 +86,14 @@ def actions(scene: str, envs: int) -> list[Any]:
 
 
 def single(scene: str, substeps: int = SUBSTEPS) -> Contestant:
-    """Return one of our environments, in place."""
-    env: Any = gymnasium.make(f"trundle/{IDS[scene]}-v0", **options(scene, substeps)).unwrapped
-    env.reset(seed=0, options=before_wall() if scene == WALL else None)
-    told, touched = [action[0] for action in actions(scene, 1)], [False]
+    """Return a single environment of trundle."""
+    env: Any = gymnasium.make(f"trundle/{TASKS[scene]}-v0", **environment_options(scene, substeps)).unwrapped
+    env.reset(seed=0, options=options_at_wall() if scene == WALL else None)
+    cycle, touched = [action[0] for action in actions(scene, 1)], [False]
 
     def act(calls: int) -> None:
         for k in range(calls):
-            _, _, terminated, _, info = env.step(told[k % len(told)])
+            _, _, terminated, _, info = env.step(cycle[k % len(cycle)])
             if terminated:
                 env.reset()
         touched[0] = info["touched"]
@@ -95,70 +102,73 @@ def single(scene: str, substeps: int = SUBSTEPS) -> Contestant:
 
 
 def vector(scene: str, envs: int, substeps: int = SUBSTEPS) -> Contestant:
-    """Return many of ours; at a wall all begin with the same seed, hence before the same one."""
-    known = options(scene, substeps)
-    env: Any = gymnasium.make_vec(f"trundle/{IDS[scene]}-v0", num_envs=envs, copy=False, **known)
+    """Return a batch of trundle. At a wall all environments have the same seed, hence the same wall."""
+    known = environment_options(scene, substeps)
+    env: Any = gymnasium.make_vec(f"trundle/{TASKS[scene]}-v0", num_envs=envs, copy=False, **known)
     at_wall = scene == WALL
-    env.reset(seed=[0] * envs if at_wall else 0, options=before_wall() if at_wall else None)
-    told, touched = actions(scene, envs), [0]
+    env.reset(seed=[0] * envs if at_wall else 0, options=options_at_wall() if at_wall else None)
+    cycle, touched = actions(scene, envs), [0]
 
     def act(calls: int) -> None:
         for k in range(calls):
-            infos = env.step(told[k % len(told)])[-1]
+            infos = env.step(cycle[k % len(cycle)])[-1]
         touched[0] = infos["touched"].sum()
 
     return Contestant(f"trundle make_vec {envs}", scene, envs, act, lambda: f"touched {touched[0]} of {envs}")
 
 
-def turn(one: Contestant, calls: int) -> float:
-    """Return the CPU seconds that a step of an environment takes."""
-    began = process_time()
+def step_time(one: Contestant, calls: int) -> float:
+    """Return the CPU time of one environment step, s."""
+    start = process_time()
     one.act(calls)
-    return (process_time() - began) / (calls * one.envs)
+    return (process_time() - start) / (calls * one.envs)
 
 
-def timed(contestants: Iterable[Contestant], rounds: int) -> dict[Contestant, float]:
-    """Return the CPU seconds of a step, the least of as many turns as there are rounds."""
+def step_times(contestants: Iterable[Contestant], rounds: int) -> dict[Contestant, float]:
+    """Return the CPU time of a step, s: the minimum over `rounds` turns."""
     calls: dict[Contestant, int] = {}
     for one in contestants:
         one.act(1 + 200 // one.envs if one.scene != WALL else 100)
-        calls[one] = max(1, round(TURN / (turn(one, 1 + 100 // one.envs) * one.envs)))
-    turns = [[turn(one, count) for one, count in calls.items()] for _ in range(rounds)]
+        calls[one] = max(1, round(TURN_DURATION_S / (step_time(one, 1 + 100 // one.envs) * one.envs)))
+    turns = [[step_time(one, count) for one, count in calls.items()] for _ in range(rounds)]
     return dict(zip(calls, np.min(turns, axis=0).tolist(), strict=True))
 
 
-def ours() -> Iterator[Contestant]:
+def trundle_contestants() -> Iterator[Contestant]:
+    """Yield the environments of trundle."""
     for scene in SCENES:
         yield single(scene)
         yield from (vector(scene, envs) for envs in ENVS)
 
 
-def least(found: dict[Contestant, float], scene: str, name: str) -> float:
-    """Return what a step takes at least in a scene, by contestants of names that begin so."""
-    times = (took for one, took in found.items() if one.scene == scene and one.name.startswith(name))
+def shortest_step(durations: dict[Contestant, float], scene: str, name: str) -> float:
+    """Return the shortest step in a scene among contestants whose names start with `name`, s."""
+    times = (
+        duration for one, duration in durations.items() if one.scene == scene and one.name.startswith(name)
+    )
     return min(times, default=np.nan)
 
 
-def show(found: dict[Contestant, float]) -> None:
-    """Print all, scene by scene, and how they compare."""
+def print_times(durations: dict[Contestant, float]) -> None:
+    """Print times and ratios by scene."""
     print(f"{'':36}{'':>7}{'steps per':>11}{'ns per':>9}")
-    print(f"{'':36}{'envs':>7}{'CPU-second':>11}{'step':>9}{'x same':>9}{'x lean':>9}{'x pusht':>9}")
-    pusht = least(found, OWN, PUSHT)
+    print(f"{'':36}{'envs':>7}{'CPU second':>11}{'step':>9}{'x same':>9}{'x lean':>9}{'x pusht':>9}")
+    pusht = shortest_step(durations, OWN, PUSHT)
     for scene in (*SCENES, OWN):
         print(scene)
-        peers = (*(least(found, scene, f"MuJoCo {law}") for law in LAWS), pusht)
-        for one, took in ((one, took) for one, took in found.items() if one.scene == scene):
-            ratios = "".join(f"{peer / took:9.2f}".replace("nan", "  -") for peer in peers)
+        peers = (*(shortest_step(durations, scene, f"MuJoCo {law}") for law in LAWS), pusht)
+        for one, duration in ((one, duration) for one, duration in durations.items() if one.scene == scene):
+            ratios = "".join(f"{peer / duration:9.2f}".replace("nan", "  -") for peer in peers)
             touching = f"  {one.touching()}" if scene == WALL else ""
-            print(f"  {one.name:34}{one.envs:7}{1 / took:11,.0f}{1e9 * took:9,.0f}{ratios}{touching}")
+            print(f"  {one.name:34}{one.envs:7}{1 / duration:11,.0f}{1e9 * duration:9,.0f}{ratios}{touching}")
 
 
-def judge(found: dict[Contestant, float]) -> None:
-    """Print which targets are reached by the fastest of ours."""
-    print("\nthe fastest of ours against the fastest of theirs")
-    pairs = [(scene, scene, f"MuJoCo {law}", times) for scene, times in TARGETS.items() for law in LAWS]
-    for scene, where, name, target in [*pairs, (FREE, OWN, PUSHT, TIMES)]:
-        ratio = least(found, where, name) / least(found, scene, "trundle")
+def print_targets(durations: dict[Contestant, float]) -> None:
+    """Print whether the fastest of trundle's environments reach the targets."""
+    print("\nratio of the fastest of trundle to the fastest peer")
+    pairs = [(scene, scene, f"MuJoCo {law}", ratio) for scene, ratio in TARGET_RATIOS.items() for law in LAWS]
+    for scene, where, name, target in [*pairs, (FREE, OWN, PUSHT, PUSHT_TARGET_RATIO)]:
+        ratio = shortest_step(durations, where, name) / shortest_step(durations, scene, "trundle")
         print(f"  {scene + ', ' + name:42}{ratio:9.2f}  {verdict(ratio, target)}")
 
 
@@ -168,64 +178,65 @@ def verdict(ratio: float, target: float) -> str:
     return f"{'reached' if ratio >= target else 'missed'}: {target:g}"
 
 
-def beyond(rounds: int) -> None:
-    """Print what a step costs beside physics: lines through the times of actions of different length."""
-    heads = "".join(f"{head:>9}" for head in (*LENGTHS, "each", "at none"))
-    print(f"\n{'ns by simulation steps in an action':42}{heads}")
+def print_overhead(rounds: int) -> None:
+    """Print the overhead of a step: the intercept of the time over the number of simulation steps."""
+    heads = "".join(f"{head:>9}" for head in (*ACTION_LENGTHS, "per step", "overhead"))
+    print(f"\n{'ns by simulation steps per action':42}{heads}")
     for scene in SCENES:
-        kinds = [[single(scene, n) for n in LENGTHS], [vector(scene, MANY, n) for n in LENGTHS]]
-        found = timed([one for kind in kinds for one in kind], rounds)
+        kinds = [[single(scene, n) for n in ACTION_LENGTHS], [vector(scene, MANY, n) for n in ACTION_LENGTHS]]
+        durations = step_times([one for kind in kinds for one in kind], rounds)
         for kind in kinds:
-            times = np.array([1e9 * found[one] for one in kind])
-            # Errors grow with the time.
-            line = np.polyfit(LENGTHS, times, 1, w=1 / times)
+            times = np.array([1e9 * durations[one] for one in kind])
+            # The error is proportional to the time.
+            line = np.polyfit(ACTION_LENGTHS, times, 1, w=1 / times)
             row = "".join(f"{value:9,.0f}" for value in (*times, *line))
             print(f"  {kind[0].name + ', ' + scene:40}{row}")
 
 
-def resident() -> float:
-    """Return the memory that this process has, KiB (Linux)."""
+def resident_memory_kib() -> float:
+    """Return the resident memory of this process, KiB (Linux)."""
     gc.collect()
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1024
 
 
-def growth(scene: str) -> float:
-    """Return by how much an environment raises this process's memory, KiB, once what all share is there."""
+def memory_per_environment(scene: str) -> float:
+    """Return the memory of an environment without shared data, KiB."""
     vector(scene, 1).act(100)
-    before = resident()
+    before = resident_memory_kib()
     many = vector(scene, MANY)
     many.act(100 if scene == WALL else 1)
     if scene == WALL and many.touching() != f"touched {MANY} of {MANY}":
-        raise RuntimeError(f"not all are at the wall: {many.touching()}")
-    return (resident() - before) / MANY
+        raise RuntimeError(f"some environments are not at the wall: {many.touching()}")
+    return (resident_memory_kib() - before) / MANY
 
 
-def memory() -> None:
-    """Print it, of processes of their own."""
-    print(f"\nKiB per environment, of {MANY}")
+def print_memory() -> None:
+    """Print the memory of environments, each measured in a separate process."""
+    print(f"\nKiB per environment, in a batch of {MANY}")
     for scene, name in ((FREE, "at rest"), (WALL, "all at a wall")):
         command = [sys.executable, __file__, "--growth", scene]
         taken = float(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
-        print(f"  {name:42}{taken:9.1f}  {'reached' if taken < KIB else 'missed'}: {KIB:g}")
+        result = "reached" if taken < MAX_MEMORY_KIB else "missed"
+        print(f"  {name:42}{taken:9.1f}  {result}: {MAX_MEMORY_KIB:g}")
 
 
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=9, help="turns of each")
+    parser.add_argument("--rounds", type=int, default=9, help="turns of each contestant (default 9)")
     parser.add_argument("--growth", choices=SCENES, help=argparse.SUPPRESS)
     args = parser.parse_args()
     os.environ.setdefault("RAYON_NUM_THREADS", "1")
     if args.growth:
-        print(growth(args.growth))
+        print(memory_per_environment(args.growth))
         return
     print(f"trundle {trundle.__version__}, {' '.join(os.uname())}")
-    found = timed([*ours(), *others()], args.rounds)
-    show(found)
-    judge(found)
-    beyond(args.rounds)
-    memory()
+    durations = step_times([*trundle_contestants(), *others()], args.rounds)
+    print_times(durations)
+    print_targets(durations)
+    print_overhead(args.rounds)
+    print_memory()
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""What an online update costs: median and 95th percentile of its latency; its distance from the fit of all.
+"""Latency of an online update (median and 95th percentile), and its distance from the fit of all pushes.
 
 python benches/online.py --pushes 8 --tables 5
 
-Pushes of 6 s, poses at 60 Hz, wrenches at 100 Hz. The figures are those of a call from Python, with all that
-is done to the columns; the first push, which is searched from several starts, is listed apart. Preparing a
-push (tare, contact, spikes among the poses) is part of each figure and is listed once more alone.
+Pushes of 6 s, poses at 60 Hz, wrenches at 100 Hz. Times are those of a call from Python, including the
+conversion of the columns. The first push, which is searched from several starts, is listed separately. The
+preparation of a push (tare, contact, spikes of the poses) is part of each time and is also listed alone.
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ spin = 0.5
 """
 
 
-def recorded(pushes: int, seed: int) -> trundle.Recording:
-    """Return pushes of a table with a locked wheel."""
+def simulate_pushes(pushes: int, seed: int) -> trundle.Recording:
+    """Simulate pushes of a table with a locked wheel."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scenario.toml"
         path.write_text(SCENARIO.format(table=TABLE, pushes=pushes), encoding="utf-8")
         return trundle.simulate(path, seed=seed)
 
 
-def off(online: trundle.Online, recording: trundle.Recording) -> float:
-    """Return the mean squared distance from the fit of all pushes, in its standard deviations."""
+def squared_distance(online: trundle.Online, recording: trundle.Recording) -> float:
+    """Return the mean squared distance from the fit of all pushes, in standard deviations of that fit."""
     batch = {row["name"]: row for row in trundle.fit(recording).summary["parameters"] if row["identifiable"]}
     rows = [row for row in online.estimate() if row["name"] in batch and row["identifiable"]]
     return float(
@@ -68,30 +68,30 @@ def main() -> None:
     args = parser.parse_args()
     first, later, chunks, prepared, distances = [], [], [], [], []
     for seed in range(args.tables):
-        recording = recorded(args.pushes, seed)
+        recording = simulate_pushes(args.pushes, seed)
         online, chunked = (trundle.Online(recording.metadata) for _ in range(2))
         for k, columns in enumerate(recording.episodes.values()):
             alone = trundle.Recording(recording.metadata, {"push": columns})
-            begun = perf_counter()
+            start = perf_counter()
             trundle.prepare(alone)
-            prepared.append(1e3 * (perf_counter() - begun))
-            begun = perf_counter()
+            prepared.append(1e3 * (perf_counter() - start))
+            start = perf_counter()
             online.update(columns)
-            (later if k else first).append(1e3 * (perf_counter() - begun))
+            (later if k else first).append(1e3 * (perf_counter() - start))
             for rows in np.array_split(np.arange(len(columns["t"])), 6):
-                begun = perf_counter()
+                start = perf_counter()
                 chunked.extend({name: column[rows] for name, column in columns.items()})
                 if k:
-                    chunks.append(1e3 * (perf_counter() - begun))
+                    chunks.append(1e3 * (perf_counter() - start))
             chunked.update()
-        distances.append(off(online, recording))
+        distances.append(squared_distance(online, recording))
     parts = {"first push": first, "later pushes": later, "chunks of 1 s": chunks}
-    parts["preparing one"] = prepared
+    parts["preparation"] = prepared
     for name, values in parts.items():
         print(f"{name:14} median {np.median(values):6.2f} ms   p95 {np.percentile(values, 95):6.2f} ms")
     print(
-        f"squared distance from the fit of all, per parameter: {np.mean(distances):.4f} "
-        f"(largest {max(distances):.4f})"
+        f"squared distance from the fit of all pushes, per parameter: {np.mean(distances):.4f} "
+        f"(maximum {max(distances):.4f})"
     )
 
 

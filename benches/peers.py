@@ -1,12 +1,12 @@
-"""What `environment.py` compares with: MuJoCo on the same table, and the pushing environments of others.
+"""Peers of `environment.py`: MuJoCo with the same table, and other pushing environments.
 
-None of it is a dependency of trundle: pip install gym-pusht envpool "gymnasium[mujoco]".
+They are not dependencies of trundle: pip install gym-pusht envpool "gymnasium[mujoco]".
 
-MuJoCo moves two tables. "the same law": a box on an anisotropic wheel, two actuators at a site whose force is
-minus a coefficient times the site's own velocity; at a wall box meets box, and a weld to a mocap body is the
-gripper. "at its leanest": whatever is cheapest, be it another law: joints with damping, explicit integration,
-no collision detection where nothing is near, at a wall a ball in each corner against a plane, three springs
-between two sites for the gripper.
+MuJoCo simulates two tables. "the same law" is a box on an anisotropic wheel: two actuators at a site whose
+force is minus a coefficient times the velocity of the site. The wall is a box, and the gripper is a weld to a
+mocap body. "cheapest law" is the fastest model, even with another law: joints with damping, explicit
+integration, no collision detection away from obstacles, a ball in each corner against a plane as the wall,
+and three springs between two sites as the gripper.
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 STEP, SUBSTEPS = 0.002, 10
-"""Simulation step, s, and how many of them an action lasts."""
-SCENES = FREE, WALL, GRIPPER = "nothing near", "at a wall", "under the gripper"
-OWN = "scenes of their own"
+"""Simulation step, s, and number of simulation steps per action."""
+SCENES = FREE, WALL, GRIPPER = "free motion", "at a wall", "under the gripper"
+OWN = "other scenes"
 PUSHT = "gym-pusht"
-LAWS = SAME, LEAN = "the same law", "at its leanest"
+LAWS = SAME, LEAN = "the same law", "cheapest law"
 MANY = 1024
 WRENCH, VELOCITY = (100.0, 100.0, 40.0), 0.3
 """Full action: N and N m; m/s."""
 PRESS = 0.6
-"""Share of a full force that presses against the wall."""
+"""Force against the wall, as a share of the full force."""
 
 
 class Contestant(NamedTuple):
-    """Something to be timed: `act` makes so many calls, each of which steps all `envs` environments."""
+    """A timed simulation: `act` makes a number of calls, each of which steps all `envs` environments."""
 
     name: str
     scene: str
     envs: int
     act: Callable[[int], None]
     touching: Callable[[], str] = str
-    """What it touches, as far as it says."""
+    """Returns a description of its contacts, if it reports any."""
 
 
 XML = """
@@ -77,7 +77,7 @@ HAND = '<body name="hand" mocap="true" pos="-0.6 0 0"><site name="hand"/></body>
 
 
 def affine(site: str, gear: str, stiffness: float, damping: float) -> str:
-    """Return an actuator that resists what a site does, or its displacement from the hand."""
+    """Return an actuator that damps the motion of a site, or acts against its displacement from the hand."""
     frame = 'refsite="hand"' if stiffness else ""
     bias = f'gainprm="0" biastype="affine" biasprm="0 {-stiffness} {-damping}"'
     return f'<general site="{site}" {frame} gear="{gear}" {bias}/>'
@@ -89,12 +89,12 @@ SPRINGS = (
     + affine("grasp", "0 1 0 0 0 0", 1e4, 400)
     + affine("grasp", "0 0 0 0 0 1", 300, 30)
 )
-# As stiff as the springs: 5 mm at 50 N, 0.034 rad at 10 N m.
+# The stiffness of the springs: 5 mm at 50 N, 0.034 rad at 10 N m.
 FIT = 'solref="-300 -12" solimp="0.01 0.01 0.001" torquescale="0.583"'
 WELD = f'<equality><weld body1="hand" body2="table" {FIT}/></equality>'
 
 
-def described(scene: str, law: str) -> str:
+def mjcf(scene: str, law: str) -> str:
     """Return MuJoCo's model of a scene."""
     lean, held = law == LEAN, scene == GRIPPER
     return XML.format(
@@ -109,7 +109,7 @@ def described(scene: str, law: str) -> str:
 
 
 def inputs(scene: str) -> list[NDArray[np.float64]]:
-    """Return what MuJoCo is told, action by action: wrenches in world axes, or places of the hand."""
+    """Return the inputs of MuJoCo by action: wrenches in world axes, or positions of the hand."""
     drawn = np.random.default_rng(0).uniform(-1.0, 1.0, (32, 3))
     if scene == FREE:
         return list(0.3 * drawn * WRENCH)
@@ -120,28 +120,28 @@ def inputs(scene: str) -> list[NDArray[np.float64]]:
     return list(places[:, None])
 
 
-def stepped(mujoco: Any, model: Any, told: list[Any], field: str) -> tuple[Any, Any]:
+def step_loop(mujoco: Any, model: Any, cycle: list[Any], field: str) -> tuple[Any, Any]:
     """Return a loop over `mj_step`, and its data."""
     data = mujoco.MjData(model)
     step, target = mujoco.mj_step, getattr(data, field)
 
     def act(calls: int) -> None:
         for k in range(calls):
-            target[:] = told[k % len(told)]
+            target[:] = cycle[k % len(cycle)]
             step(model, data, SUBSTEPS)
 
     return act, data
 
 
-def rolled(mujoco: Any, model: Any, told: list[Any], field: str) -> Any:
-    """Return a loop over `mujoco.rollout`, a call for each action as an environment must."""
+def rollout_loop(mujoco: Any, model: Any, cycle: list[Any], field: str) -> Any:
+    """Return a loop over `mujoco.rollout` with one call per action, as an environment requires."""
     from mujoco import rollout
 
     roll, data = rollout.Rollout(nthread=0), mujoco.MjData(model)
     size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     state, states = np.zeros((MANY, size)), np.zeros((MANY, SUBSTEPS, size))
     spec = getattr(mujoco.mjtState, f"mjSTATE_{field.upper()}").value
-    controls = [np.tile(one.reshape(1, 1, -1), (MANY, SUBSTEPS, 1)) for one in told]
+    controls = [np.tile(one.reshape(1, 1, -1), (MANY, SUBSTEPS, 1)) for one in cycle]
 
     def act(calls: int) -> None:
         for k in range(calls):
@@ -152,8 +152,8 @@ def rolled(mujoco: Any, model: Any, told: list[Any], field: str) -> Any:
     return act
 
 
-def batched(model: Any, told: list[Any], field: str) -> Any:
-    """Return a loop over `mujoco.batch`, which is new in MuJoCo 4."""
+def batch_loop(model: Any, cycle: list[Any], field: str) -> Any:
+    """Return a loop over `mujoco.batch` (MuJoCo 4)."""
     from mujoco.batch import Batch
 
     batch = Batch(model, MANY, nthread=1)
@@ -161,32 +161,32 @@ def batched(model: Any, told: list[Any], field: str) -> Any:
 
     def act(calls: int) -> None:
         for k in range(calls):
-            target[...] = told[k % len(told)]
+            target[...] = cycle[k % len(cycle)]
             batch.step(nstep=SUBSTEPS)
 
     return act
 
 
-def tables() -> Iterator[Contestant]:
-    """Yield MuJoCo's tables, each stepped in every way that there is."""
+def mujoco_tables() -> Iterator[Contestant]:
+    """Yield MuJoCo's tables, each with every available way of stepping."""
     import mujoco
 
     for scene in SCENES:
         field = "mocap_pos" if scene == GRIPPER else "qfrc_applied"
         for law in LAWS:
-            model, told = mujoco.MjModel.from_xml_string(described(scene, law)), inputs(scene)
-            act, data = stepped(mujoco, model, told, field)
+            model, cycle = mujoco.MjModel.from_xml_string(mjcf(scene, law)), inputs(scene)
+            act, data = step_loop(mujoco, model, cycle, field)
             name = f"MuJoCo {law}:"
             yield Contestant(f"{name} mj_step", scene, 1, act, lambda data=data: f"{data.ncon} contacts")
-            yield Contestant(f"{name} rollout", scene, MANY, rolled(mujoco, model, told, field))
+            yield Contestant(f"{name} rollout", scene, MANY, rollout_loop(mujoco, model, cycle, field))
             try:
-                yield Contestant(f"{name} batch", scene, MANY, batched(model, told, field))
+                yield Contestant(f"{name} batch", scene, MANY, batch_loop(model, cycle, field))
             except ImportError as error:
-                print(f"left out: {name} batch: {error}")
+                print(f"not available: {name} batch: {error}")
 
 
-def lone(name: str, spec: str, **options: Any) -> Contestant:
-    """Return an environment of Gymnasium's under random actions."""
+def gymnasium_environment(name: str, spec: str, **options: Any) -> Contestant:
+    """Return a Gymnasium environment under random actions."""
     env = gymnasium.make(spec, **options).unwrapped
     env.reset(seed=0)
     env.action_space.seed(0)
@@ -201,8 +201,8 @@ def lone(name: str, spec: str, **options: Any) -> Contestant:
     return Contestant(name, OWN, 1, act)
 
 
-def pooled() -> Contestant:
-    """Return EnvPool's Pusher, which it steps without the interpreter."""
+def envpool_pusher() -> Contestant:
+    """Return EnvPool's Pusher, which is stepped outside the interpreter."""
     import envpool
 
     envs = envpool.make_gymnasium("Pusher-v5", num_envs=64, num_threads=1)
@@ -217,15 +217,15 @@ def pooled() -> Contestant:
 
 
 def others() -> Iterator[Contestant]:
-    """Yield what is installed, and say what is not."""
+    """Yield the installed peers, and print the others."""
     makes: dict[str, Callable[[], Iterable[Contestant]]] = {
-        "MuJoCo's tables": tables,
-        PUSHT: lambda: [lone(PUSHT, "gym_pusht:gym_pusht/PushT-v0", obs_type="state")],
-        "Pusher-v5": lambda: [lone("Pusher-v5", "Pusher-v5")],
-        "EnvPool": lambda: [pooled()],
+        "MuJoCo's tables": mujoco_tables,
+        PUSHT: lambda: [gymnasium_environment(PUSHT, "gym_pusht:gym_pusht/PushT-v0", obs_type="state")],
+        "Pusher-v5": lambda: [gymnasium_environment("Pusher-v5", "Pusher-v5")],
+        "EnvPool": lambda: [envpool_pusher()],
     }
     for name, make in makes.items():
         try:
             yield from make()
         except (ImportError, gymnasium.error.Error) as error:
-            print(f"left out: {name}: {error}")
+            print(f"not available: {name}: {error}")

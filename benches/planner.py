@@ -1,13 +1,15 @@
-"""What replanning costs beside pytorch_mppi, and what the whole adaptive loop costs.
+"""CPU time of a plan in comparison with pytorch_mppi, and of the complete adaptive loop.
 
 python benches/planner.py --calls 200
 
-A plan is one iteration of MPPI: 1,000 sampled plans of 20 actions of 0.1 s, rolled out, judged and averaged.
-Times are CPU time on one thread, medians of calls that take turns; a ratio is the peer's time over ours, so
-that above 1 ours is the faster. pytorch_mppi (pip install pytorch-mppi; it brings PyTorch) plans for a point
-that goes as it is told, and for our wheel, table, steps and cost, written in PyTorch: in single precision,
-with the cost counted once an action; ours is in double precision and counts it at both steps of an action.
-The peer has neither dry friction nor obstacles: those rows are held against its plain wheel.
+A plan is one iteration of MPPI: 1,000 sampled plans of 20 actions of 0.1 s are rolled out, rated and
+averaged. Times are CPU times on one thread, medians of calls that take turns. A ratio is the peer's time
+divided by trundle's, so that trundle is faster above 1.
+
+pytorch_mppi (pip install pytorch-mppi; it installs PyTorch) plans for a point with velocity control, and for
+trundle's wheel, table, steps and cost, written in PyTorch. It uses single precision and evaluates the cost
+once per action; trundle uses double precision and evaluates it at both steps of an action. The peer has
+neither dry friction nor obstacles, so these rows are compared with its plain wheel.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from numpy.typing import NDArray
 import trundle
 
 SAMPLES, HORIZON, HOLD, STEPS = 1000, 20, 0.1, 2
-"""Plans in an iteration, actions in a plan, how long each lasts (s), and steps in an action."""
+"""Plans per iteration, actions per plan, duration of an action (s), and steps per action."""
 FULL = np.array([100.0, 100.0, 40.0])
 """Bounds on an action: N, N, N m."""
 FOOTPRINT = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]]
@@ -39,12 +41,12 @@ GRASP, GOAL = (-0.6, 0.0), (0.6, -0.5, 0.7)
 OURS, PEER = "trundle", "pytorch_mppi"
 TRIVIAL, ALIKE = "a point", "the same wheel"
 WARM = 5
-"""Calls that are not counted: the first find the ways round obstacles, or compile."""
+"""Calls that do not count: the first ones find paths around obstacles, or compile."""
 LOOPS = ("LockedWheel", "PushAround", "PushDoor")
 
 
 class Contestant(NamedTuple):
-    """Something that plans: `plan` makes one."""
+    """A timed planner: `plan` makes one plan."""
 
     who: str
     what: str
@@ -60,7 +62,7 @@ def table(*effects: dict[str, Any]) -> trundle.Model:
 
 
 def doorway() -> tuple[list[float], list[float], list[Any]]:
-    """Return pose and goal on either side of a doorway, and its walls, as an environment draws them."""
+    """Return a start and a goal on opposite sides of a doorway, and its walls, as drawn by an environment."""
     env = gymnasium.make("trundle/PushDoor-v0")
     seen, _ = env.reset(seed=0)
     source: Any = env.unwrapped
@@ -68,23 +70,23 @@ def doorway() -> tuple[list[float], list[float], list[Any]]:
     return start, [seen[7], seen[8], math.atan2(seen[10], seen[9])], source.seen_obstacles(seen)
 
 
-def ours(what: str, model: trundle.Model, through: bool = False, **settings: Any) -> Contestant:
-    """Return our planner on a model, in the open or before a doorway."""
+def trundle_planner(what: str, model: trundle.Model, through: bool = False, **settings: Any) -> Contestant:
+    """Return trundle's planner with a model, in the open or at a doorway."""
     planner = trundle.Planner(-FULL, FULL, horizon=HORIZON, hold=HOLD, **settings)
     start, goal, walls = doorway() if through else ([0.0] * 3, GOAL, [])
     return Contestant(OURS, what, lambda: planner.plan(model, start, [0.0] * 3, goal, GRASP, walls))
 
 
-def planners() -> Iterator[Contestant]:
-    """Yield ours, all for one iteration over as many plans."""
+def trundle_planners() -> Iterator[Contestant]:
+    """Yield trundle's planners, each for one iteration over the same number of plans."""
     one: dict[str, Any] = {"samples": SAMPLES, "iterations": 1}
-    yield ours("one viscous wheel", table(WHEEL), **one)
-    yield ours("a wheel and dry friction", table(WHEEL, DRY), **one)
-    yield ours("one viscous wheel, at a doorway", table(WHEEL), through=True, **one)
+    yield trundle_planner("one viscous wheel", table(WHEEL), **one)
+    yield trundle_planner("a wheel and dry friction", table(WHEEL, DRY), **one)
+    yield trundle_planner("one viscous wheel, at a doorway", table(WHEEL), through=True, **one)
 
 
-def peers(compiled: bool) -> Iterator[Contestant]:
-    """Yield pytorch_mppi on a point that goes where it is told, and on the wheel."""
+def peer_planners(compiled: bool) -> Iterator[Contestant]:
+    """Yield pytorch_mppi on a point with velocity control, and on the wheel."""
     import torch
     from pytorch_mppi import MPPI
 
@@ -115,17 +117,18 @@ def peers(compiled: bool) -> Iterator[Contestant]:
 
     yield planner(TRIVIAL, lambda state, action: state + HOLD * action, nearness, None, [1.0, 1.0], 2)
     print(f"pytorch_mppi {version('pytorch-mppi')}, torch {torch.__version__}{', compiled' * compiled}")
-    print(f"the wheel in PyTorch is off ours by {gap(torch):.1e} m after {HORIZON * HOLD:g} s of pushing")
-    yield planner(ALIKE, wheel(torch), *costs(torch), FULL.tolist(), 6)
+    difference, duration = torch_difference(torch), HORIZON * HOLD
+    print(f"the wheel in PyTorch differs by {difference:.1e} m after {duration:g} s of pushing")
+    yield planner(ALIKE, torch_wheel(torch), *torch_costs(torch), FULL.tolist(), 6)
 
 
-def wheel(torch: Any) -> Any:
+def torch_wheel(torch: Any) -> Any:
     """Return the table with a wheel for a batch of states (pose, twist) and actions.
 
-    In the table's axes the twist follows a linear equation, of which a step is known beforehand.
+    In the axes of the table the twist follows a linear equation, whose step is precomputed.
     """
     dt = HOLD / STEPS
-    keep, push = (torch.tensor(part.T, dtype=torch.float32) for part in solved(dt))
+    keep, push = (torch.tensor(part.T, dtype=torch.float32) for part in step_matrices(dt))
 
     def turned(twist: Any, angle: Any) -> Any:
         cos, sin = torch.cos(angle), torch.sin(angle)
@@ -144,20 +147,20 @@ def wheel(torch: Any) -> Any:
     return motion
 
 
-def solved(dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the matrices by which our steps take a twist and an action at the grasp to the next twist."""
+def step_matrices(dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the matrices of trundle's step, from a twist and an action at the grasp to the next twist."""
     x, y, angle, mu_x, mu_y = (float(WHEEL[key]) for key in ("x", "y", "angle", "mu_x", "mu_y"))
     along, at = np.exp(1j * angle), np.array([[1.0, 0.0, -y], [0.0, 1.0, x]])
     axes = np.array([[along.real, -along.imag], [along.imag, along.real]])
-    lightness = np.diag([1.0, 1.0, 12 / (1.2**2 + 0.8**2)]) / MASS
-    c = dt * lightness @ at.T @ axes @ np.diag([mu_x, mu_y]) @ axes.T @ at
+    inverse_mass = np.diag([1.0, 1.0, 12 / (1.2**2 + 0.8**2)]) / MASS
+    c = dt * inverse_mass @ at.T @ axes @ np.diag([mu_x, mu_y]) @ axes.T @ at
     carried = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-GRASP[1], GRASP[0], 1.0]])
     step = np.linalg.inv(np.eye(3) + c + c @ c / 2)
-    return step, step @ (np.eye(3) + c / 2) @ lightness @ carried * dt
+    return step, step @ (np.eye(3) + c / 2) @ inverse_mass @ carried * dt
 
 
-def costs(torch: Any) -> tuple[Any, Any]:
-    """Return our cost of an action and of being left in a state."""
+def torch_costs(torch: Any) -> tuple[Any, Any]:
+    """Return trundle's running cost and terminal cost."""
     goal, full = torch.tensor(GOAL), torch.tensor(FULL, dtype=torch.float32)
 
     def error(state: Any) -> Any:
@@ -178,10 +181,10 @@ def costs(torch: Any) -> tuple[Any, Any]:
     return running, terminal
 
 
-def gap(torch: Any) -> float:
-    """Return how far the wheel in PyTorch ends from ours under the same pushes, m."""
+def torch_difference(torch: Any) -> float:
+    """Return the final distance of the wheel in PyTorch from trundle's under the same pushes, m."""
     actions = np.random.default_rng(0).uniform(-0.4, 0.4, (HORIZON, 3)) * FULL
-    motion, state = wheel(torch), torch.zeros((1, 6))
+    motion, state = torch_wheel(torch), torch.zeros((1, 6))
     pose, twist = np.zeros(3), np.zeros(3)
     for action in actions:
         state = motion(state, torch.tensor(action[None], dtype=torch.float32))
@@ -191,50 +194,50 @@ def gap(torch: Any) -> float:
     return float(np.hypot(*(state[0, :2].numpy() - pose[:2])))
 
 
-def timed(contestants: list[Contestant], calls: int) -> dict[Contestant, float]:
-    """Return the CPU seconds of a plan, the median of calls that take turns."""
+def plan_times(contestants: list[Contestant], calls: int) -> dict[Contestant, float]:
+    """Return the CPU time of a plan, s: the median of calls that take turns."""
     times: dict[Contestant, list[float]] = {one: [] for one in contestants}
     for turn in range(WARM + calls):
         for one, taken in times.items():
-            began = process_time()
+            start_time = process_time()
             one.plan()
             if turn >= WARM:
-                taken.append(process_time() - began)
+                taken.append(process_time() - start_time)
     return {one: float(np.median(taken)) for one, taken in times.items()}
 
 
-def installed(compiled: bool) -> list[Contestant]:
-    """Return the peer's planners, or say why there are none."""
+def installed_peers(compiled: bool) -> list[Contestant]:
+    """Return the peer's planners, or print why there are none."""
     try:
-        return list(peers(compiled))
+        return list(peer_planners(compiled))
     except ImportError as error:
         print(f"{PEER} is not installed: {error}")
         return []
 
 
-def show(found: dict[Contestant, float]) -> None:
-    """Print what a plan takes, and how many times as long the peer's take."""
-    theirs = [(one.what, took) for one, took in found.items() if one.who == PEER]
+def print_times(durations: dict[Contestant, float]) -> None:
+    """Print the time of a plan and the ratio to the peer."""
+    theirs = [(one.what, duration) for one, duration in durations.items() if one.who == PEER]
     heads = "".join(f"{f'x {what}':>20}" for what, _ in theirs)
     print(f"\n{f'{SAMPLES} plans of {HORIZON} actions':44}{'CPU ms':>9}{heads}")
-    for one, took in found.items():
-        ratios = "".join(f"{their / took:20.2f}" for _, their in theirs) if one.who == OURS else ""
-        print(f"{f'{one.who}, {one.what}':44}{1e3 * took:9.3f}{ratios}")
+    for one, duration in durations.items():
+        ratios = "".join(f"{their / duration:20.2f}" for _, their in theirs) if one.who == OURS else ""
+        print(f"{f'{one.who}, {one.what}':44}{1e3 * duration:9.3f}{ratios}")
 
 
-def replanning(calls: int) -> None:
-    """Print what a call of the agent's own planner takes."""
-    print("\nas the agent plans: 256 plans, 6 iterations")
+def print_agent_times(calls: int) -> None:
+    """Print the time of a plan with the agent's settings."""
+    print("\nsettings of the agent: 256 plans, 6 iterations")
     scenes = [
-        ours("one viscous wheel", table(WHEEL)),
-        ours("one viscous wheel, at a doorway", table(WHEEL), through=True),
+        trundle_planner("one viscous wheel", table(WHEEL)),
+        trundle_planner("one viscous wheel, at a doorway", table(WHEEL), through=True),
     ]
-    for one, took in timed(scenes, calls).items():
-        print(f"{f'{one.who}, {one.what}':44}{1e3 * took:9.3f}{1 / took:9.0f} plans per second")
+    for one, duration in plan_times(scenes, calls).items():
+        print(f"{f'{one.who}, {one.what}':44}{1e3 * duration:9.3f}{1 / duration:9.0f} plans per second")
 
 
-def loop(task: str, episodes: int) -> tuple[float, float, int]:
-    """Return CPU seconds of the agent, seconds of pushing, and goals reached."""
+def run_loop(task: str, episodes: int) -> tuple[float, float, int]:
+    """Return the CPU time of the agent (s), the time of pushing (s), and the number of goals reached."""
     env: Any = gymnasium.make(f"trundle/{task}-v0", hidden="locked")
     agent = trundle.AdaptiveAgent(env)
     computing, steps, reached = 0.0, 0, 0
@@ -242,9 +245,9 @@ def loop(task: str, episodes: int) -> tuple[float, float, int]:
         observation, info = env.reset(seed=seed)
         first, over = True, False
         while not over:
-            began = process_time()
+            start_time = process_time()
             action, _ = agent.predict(observation, episode_start=first)
-            computing += process_time() - began
+            computing += process_time() - start_time
             observation, _, terminated, truncated, info = env.step(action)
             first, over, steps = False, terminated or truncated, steps + 1
         reached += info["is_success"]
@@ -254,17 +257,17 @@ def loop(task: str, episodes: int) -> tuple[float, float, int]:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--calls", type=int, default=100, help="of each planner")
-    parser.add_argument("--episodes", type=int, default=5, help="of each task of the loop")
-    parser.add_argument("--compile", action="store_true", help="let torch.compile have the peer's models")
+    parser.add_argument("--calls", type=int, default=100, help="calls of each planner (default 100)")
+    parser.add_argument("--episodes", type=int, default=5, help="episodes of each task (default 5)")
+    parser.add_argument("--compile", action="store_true", help="compile the peer's models with torch.compile")
     args = parser.parse_args()
     os.environ["RAYON_NUM_THREADS"] = "1"
     print(f"trundle {trundle.__version__}, {' '.join(os.uname())}")
-    show(timed([*planners(), *installed(args.compile)], args.calls))
-    replanning(args.calls)
-    print(f"\nthe whole loop, fits included: seeds 0 to {args.episodes - 1}, actions of 50 ms")
+    print_times(plan_times([*trundle_planners(), *installed_peers(args.compile)], args.calls))
+    print_agent_times(args.calls)
+    print(f"\ncomplete loop with estimation: seeds 0 to {args.episodes - 1}, actions of 50 ms")
     for task in LOOPS:
-        computing, seconds, reached = loop(task, args.episodes)
+        computing, seconds, reached = run_loop(task, args.episodes)
         print(f"{task:44}{computing / seconds:9.3f} CPU s per s of pushing, {reached} goals reached")
 
 

@@ -1,11 +1,12 @@
-"""Six parameters from one push: trundle against MuJoCo's system identification toolbox.
+"""Fit of six parameters to one push: trundle compared with MuJoCo's system identification toolbox.
 
 pip install "mujoco[sysid]"
 python benches/sysid.py
 
-A table on a wheel (mass; the wheel's place, angle and two friction coefficients) is pushed for five seconds
-and recorded at 100 Hz. Both get the same recording and the same starts; bounds are those of the drawn starts,
-and the footprint's. At the end, what memory a fit takes of recordings 1, 4 and 16 times as long.
+The parameters are the mass of a table, and position, angle and two friction coefficients of its wheel. The
+table is pushed for five seconds and recorded at 100 Hz. Both programs have the same recording and the same
+starts. The bounds are the range of the starts and the footprint. Finally, the memory of a fit is measured for
+recordings that are 1, 4 and 16 times as long.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ START = np.array([12.0, 0.1, 0.1, 0.6, 30.0, 60.0])
 LOWER = np.array([2.0, -0.6, -0.4, -np.pi / 2, 1.0, 1.0])
 UPPER = np.array([100.0, 0.6, 0.4, np.pi / 2, 1000.0, 1000.0])
 POSITIVE = np.array([True, False, False, False, True, True])
-"""Parameters that are drawn, and searched by the toolbox, by their logarithm."""
-NEAR = np.array([0.05, 0.01, 0.01, 0.03, 0.1, 0.1])
-"""How near to the optimum a search has found it: mass and friction relative, m and rad absolute."""
+"""Parameters whose logarithm is drawn and, in the toolbox, searched."""
+TOLERANCES = np.array([0.05, 0.01, 0.01, 0.03, 0.1, 0.1])
+"""Largest distance from the optimum of a successful search: relative (mass, friction), or in m and rad."""
 
 SIDES = (1.2, 0.8)
 GYRATION = float(np.hypot(*SIDES) / np.sqrt(12.0))
@@ -48,7 +49,7 @@ RATE, DURATION, CONTACT = 100.0, 5.0, 0.2
 
 
 class Data(NamedTuple):
-    """A recording: times (n), wrenches and poses (n, 3); object axes about its origin, and world."""
+    """A recording: times (n,), wrenches (n, 3; object axes, about the origin), poses (n, 3; world)."""
 
     t: Array
     wrench: Array
@@ -63,7 +64,7 @@ def push(t: Any) -> Array:
 
 
 def motion(t: float, state: Array, parameters: Array) -> Array:
-    """Return the derivative of pose and twist under the push (eq. 1-3), by textbook mechanics."""
+    """Return the derivative of pose and twist under the push (eq. 1-3)."""
     mass, x, y, angle, *mu = parameters
     theta, velocity, spin = state[2], state[3:5], state[5]
     turn = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
@@ -75,7 +76,7 @@ def motion(t: float, state: Array, parameters: Array) -> Array:
 
 
 def record(seed: int, duration: float = DURATION) -> Data:
-    """Make the recording, with a sensor's and a tracker's noise."""
+    """Simulate the recording, with noise of sensor and tracker."""
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, duration + 0.5 / RATE, 1.0 / RATE)
     solved = solve_ivp(motion, (0.0, t[-1]), np.zeros(6), "LSODA", t, args=(TRUTH,), rtol=1e-9, atol=1e-10)
@@ -84,7 +85,7 @@ def record(seed: int, duration: float = DURATION) -> Data:
 
 
 Search = Callable[[Array], Array]
-"""From a start to what is found from there."""
+"""A search: from a start to its end."""
 
 
 def recording(data: Data) -> trundle.Recording:
@@ -127,21 +128,21 @@ XML = """
   </sensor>
 </mujoco>
 """
-"""The same law: an actuator at a site whose force is minus a coefficient times the site's own velocity."""
+"""The same law: actuators whose force is minus a coefficient times the velocity of their site."""
 
 
 def to_search(parameters: Array) -> Array:
-    """Return what the toolbox searches."""
+    """Return the coordinates that the toolbox searches."""
     return np.where(POSITIVE, np.log(np.abs(parameters)), parameters)
 
 
 def from_search(searched: Array) -> Array:
-    """Return the parameters."""
+    """Return the parameters from the coordinates that the toolbox searches."""
     return np.where(POSITIVE, np.exp(np.where(POSITIVE, searched, 0.0)), searched)
 
 
 def apply(spec: Any, parameter: Any) -> None:
-    """Write the parameters into MuJoCo's model."""
+    """Set the parameters of MuJoCo's model."""
     mass, x, y, angle, mu_x, mu_y = from_search(parameter.value)
     table, wheel = spec.body("table"), spec.site("wheel")
     table.mass = mass
@@ -152,8 +153,8 @@ def apply(spec: Any, parameter: Any) -> None:
     spec.actuator("across").biasprm[2] = -mu_y
 
 
-def toolbox(data: Data) -> Search:
-    """Return MuJoCo's toolbox, which at its own tolerances stops where it starts."""
+def toolbox_search(data: Data) -> Search:
+    """Return the search of MuJoCo's toolbox. With its default tolerances it stops at the start."""
     spec = mujoco.MjSpec.from_string(XML)
     model = spec.compile()
     state = sysid.create_initial_state(model, data.pose[0] * 0.0, np.zeros(3), np.zeros(0))
@@ -164,7 +165,7 @@ def toolbox(data: Data) -> Search:
 
     def search(start: Array) -> Array:
         parameters = sysid.ParameterDict()
-        # A circle has no bound to run into.
+        # The angle needs no bounds.
         around = np.where(np.arange(len(TRUTH)) == NAMES.index("viscous_wheel.angle"), 2 * np.pi, 0.0)
         bounds = to_search(LOWER) - around, to_search(UPPER) + around
         parameters.add(sysid.Parameter("all", to_search(start), *bounds, modifier=apply))
@@ -177,8 +178,8 @@ def toolbox(data: Data) -> Search:
     return search
 
 
-def trundled(data: Data) -> Search:
-    """Return our fit."""
+def trundle_search(data: Data) -> Search:
+    """Return the search of trundle."""
     source = recording(data)
 
     def search(start: Array) -> Array:
@@ -190,102 +191,109 @@ def trundled(data: Data) -> Search:
 
 
 def canonical(parameters: Array) -> Array:
-    """Name the direction of least friction "along", as a wheel turned by a quarter is the same wheel."""
+    """Exchange the axes so that "along" has the least friction: a wheel rotated by 90° is the same wheel."""
     mass, x, y, angle, mu_x, mu_y = parameters
     if mu_x > mu_y:
         angle, mu_x, mu_y = angle + np.pi / 2, mu_y, mu_x
     return np.array([mass, x, y, (angle + np.pi / 2) % np.pi - np.pi / 2, mu_x, mu_y])
 
 
-def reached(found: Array, optimum: Array) -> bool:
-    """Say whether a search came to the optimum."""
+def is_optimal(found: Array, optimum: Array) -> bool:
+    """Return whether a search reached the optimum."""
     off = np.abs(canonical(found) - canonical(optimum))
     off[3] = min(off[3], np.pi - off[3])
-    return bool(np.all(off / np.where(POSITIVE, canonical(optimum), 1.0) < NEAR))
+    return bool(np.all(off / np.where(POSITIVE, canonical(optimum), 1.0) < TOLERANCES))
 
 
 def draw(rng: np.random.Generator) -> Array:
-    """Draw a start: evenly within the bounds, of positive parameters the logarithm."""
+    """Draw a start: uniform within the bounds, log-uniform for positive parameters."""
     return from_search(rng.uniform(to_search(LOWER), to_search(UPPER)))
 
 
-def timed(search: Search, start: Array) -> tuple[Array, float, float]:
-    """Return what is found, and the wall and processor time that it takes, s."""
-    wall, processor = perf_counter(), process_time()
+def timed_search(search: Search, start: Array) -> tuple[Array, float, float]:
+    """Return the end of a search, and its wall and CPU time, s."""
+    wall, cpu = perf_counter(), process_time()
     found = search(start)
-    return found, perf_counter() - wall, process_time() - processor
+    return found, perf_counter() - wall, process_time() - cpu
 
 
-def told(parameters: Array) -> str:
+def formatted(parameters: Array) -> str:
+    """Return the parameters as text."""
     return "  ".join(f"{value:8.3f}" for value in canonical(parameters))
 
 
 def compare(seed: int, starts: int, turns: int) -> None:
-    """Print what both find, in what time, and from how many starts."""
+    """Print results, times, and the numbers of starts that reach the optimum."""
     data = record(seed)
-    searches = {"trundle": trundled(data), "toolbox": toolbox(data)}
-    print("found from the stated start    mass         x         y     angle      mu_x      mu_y")
-    print(f"{'truth':26}", told(TRUTH))
+    searches = {"trundle": trundle_search(data), "toolbox": toolbox_search(data)}
+    print("end of a fixed start           mass         x         y     angle      mu_x      mu_y")
+    print(f"{'truth':26}", formatted(TRUTH))
     times: dict[str, list[tuple[float, float]]] = {name: [] for name in searches}
     for _ in range(turns):
         for name, search in searches.items():
             for _ in range(5 if name == "trundle" else 1):
-                found, *took = timed(search, START)
+                found, *took = timed_search(search, START)
                 times[name].append((took[0], took[1]))
             if len(times[name]) <= 5:
-                print(f"{name:26}", told(found))
+                print(f"{name:26}", formatted(found))
     best = {name: np.min(took, axis=0) for name, took in times.items()}
-    for name, (wall, processor) in best.items():
-        print(f"{name}: {1e3 * wall:.1f} ms, {1e3 * processor:.1f} ms of the processor")
-    wall, processor = best["toolbox"] / best["trundle"]
-    print(f"the toolbox takes {wall:.0f} times as long, {processor:.0f} times the processor time")
+    for name, (wall, cpu) in best.items():
+        print(f"{name}: {1e3 * wall:.1f} ms, {1e3 * cpu:.1f} ms CPU time")
+    wall, cpu = best["toolbox"] / best["trundle"]
+    print(f"the toolbox takes {wall:.0f} times the wall time and {cpu:.0f} times the CPU time")
     rng = np.random.default_rng(seed)
     drawn = [draw(rng) for _ in range(starts)]
     for name, search in searches.items():
         optimum = search(TRUTH)
         ends = [search(start) for start in drawn]
-        misses = [told(end) for end in ends if not reached(end, optimum)]
-        print(f"{name}: {starts - len(misses)} of {starts} random starts reach the optimum", told(optimum))
+        misses = [formatted(end) for end in ends if not is_optimal(end, optimum)]
+        print(
+            f"{name}: {starts - len(misses)} of {starts} random starts reach the optimum", formatted(optimum)
+        )
         for miss in misses:
             print(f"{'  ends at':26}", miss)
 
 
-def status(key: str) -> float:
-    """Return an entry of this process's status, MB (Linux)."""
+def status_mb(key: str) -> float:
+    """Return an entry of the status of this process, MB (Linux)."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     return next(float(line.split()[1]) / 1024 for line in lines if line.startswith(key))
 
 
-def resident(duration: float) -> float:
-    """Return by how much a fit raises what this process has in memory at most, MB."""
+def fit_memory_mb(duration: float) -> float:
+    """Return the increase of the peak memory by a fit, MB."""
     data = record(0, duration)
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-    before = status("VmRSS")
-    trundled(data)(START)
-    return status("VmHWM") - before
+    before = status_mb("VmRSS")
+    trundle_search(data)(START)
+    return status_mb("VmHWM") - before
 
 
-def memory() -> None:
-    """Print what memory a fit takes, by the recording's length; each in a process of its own."""
+def print_memory() -> None:
+    """Print the memory of a fit by the length of the recording, each measured in a separate process."""
     for times in (1, 4, 16):
         command = [sys.executable, __file__, "--resident", str(times * DURATION)]
         taken = float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
         samples = int(times * DURATION * RATE)
-        print(f"{samples:6} samples: {taken:6.1f} MB, {1e3 * taken / samples:5.2f} kB a sample")
+        print(f"{samples:6} samples: {taken:6.1f} MB, {1e3 * taken / samples:5.2f} kB per sample")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="trundle against MuJoCo's system identification toolbox.")
+    parser = argparse.ArgumentParser(
+        description="Compare trundle with MuJoCo's system identification toolbox."
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--starts", type=int, default=10)
-    parser.add_argument("--turns", type=int, default=3, help="timed fits, in turn; the fastest counts")
+    parser.add_argument(
+        "--turns", type=int, default=3, help="rounds of timed fits; the fastest counts (default 3)"
+    )
     parser.add_argument("--resident", type=float, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.resident:
-        print(resident(options.resident))
+        print(fit_memory_mb(options.resident))
         return
     compare(options.seed, options.starts, options.turns)
-    memory()
+    print_memory()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Count the thresholds of verdict and names, and the other constants of a diagnosis, kept with their code."""
+"""Count the thresholds of verdicts and names, and the other constants of a diagnosis."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ CONSTANT = re.compile(r"^\s*(?:pub\(crate\) )?const ([A-Z_]+): f64 = ([^;]+);", 
 
 
 def main() -> None:
-    """Print both counts, and the thresholds."""
+    """Print both counts and the thresholds."""
     thresholds = CONSTANT.findall((SOURCE / "thresholds.rs").read_text())
     others = [path for path in sorted(SOURCE.rglob("*.rs")) if path.name != "thresholds.rs"]
     constants = sum(len(CONSTANT.findall(path.read_text())) for path in others)
-    print(f"verdict and names   {len(thresholds)}")
+    print(f"verdicts and names             {len(thresholds)}")
     for name, value in thresholds:
-        print(f"  {name:20} {value}")
-    print(f"other constants     {constants}")
+        print(f"  {name:28} {value}")
+    print(f"other constants                {constants}")
 
 
 if __name__ == "__main__":

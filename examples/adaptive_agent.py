@@ -1,4 +1,4 @@
-"""Push a table with a locked wheel to a goal, learning where the wheel is on the way.
+"""Push a table with a hidden locked wheel to a goal with the adaptive agent.
 
 python examples/adaptive_agent.py --seed 0
 """
@@ -10,7 +10,9 @@ import gymnasium
 import trundle
 
 parser = argparse.ArgumentParser()
-parser.add_argument("--seed", type=int, default=0, help="of the table, its wheel, start and goal")
+parser.add_argument(
+    "--seed", type=int, default=0, help="seed of the table, its wheel, the start and the goal (default 0)"
+)
 seed = parser.parse_args().seed
 
 env = gymnasium.make("trundle/LockedWheel-v0")
@@ -18,11 +20,11 @@ agent = trundle.AdaptiveAgent(env)
 
 observation, info = env.reset(seed=seed)
 distance = float(((observation[0:2] - observation[7:9]) ** 2).sum() ** 0.5)
-print(f"{distance:.2f} m to go; the agent believes that the table rolls freely")
+print(f"{distance:.2f} m to the goal; in the first model the table rolls freely")
 
-# One turn of the loop: the agent pushes for 50 ms and looks. As long as it matters which model is true, it
-# fits the paper's, a rigid body with one viscous wheel, to all that it has seen, and plans anew each time;
-# after that it plans each 0.1 s and fits each 0.5 s.
+# A step of the environment takes 50 ms. While it matters which model is true, the agent estimates the paper's
+# model (a rigid body with one viscous wheel) from all observations and plans before each step. After that it
+# plans every 0.1 s and estimates every 0.5 s.
 fits, steps, done = 0, 0, False
 while not done:
     action, (belief,) = agent.predict(observation, episode_start=steps == 0)
@@ -30,11 +32,13 @@ while not done:
         fits = belief.fits
         wheel = {p["name"].removeprefix("viscous_wheel."): p["value"] for p in belief.model.parameters}
         print(
-            f"{0.05 * steps:4.1f} s: a table of {wheel['body.mass']:4.1f} kg, a wheel at ({wheel['x']:5.2f}, "
-            f"{wheel['y']:5.2f}) m that resists with {wheel['mu_x']:3.0f} and {wheel['mu_y']:3.0f} N s/m"
+            f"{0.05 * steps:4.1f} s: mass {wheel['body.mass']:4.1f} kg, wheel at ({wheel['x']:5.2f}, "
+            f"{wheel['y']:5.2f}) m with drag {wheel['mu_x']:3.0f} and {wheel['mu_y']:3.0f} N s/m"
         )
     observation, reward, terminated, truncated, info = env.step(action)
     steps, done = steps + 1, terminated or truncated
 
 reached = "reached" if info["is_success"] else "not reached"
-print(f"{reached} after {0.05 * steps:.2f} s: {info['distance']:.3f} m, {info['heading_error']:.3f} rad off")
+print(
+    f"{reached} after {0.05 * steps:.2f} s: error {info['distance']:.3f} m, {info['heading_error']:.3f} rad"
+)

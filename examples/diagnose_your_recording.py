@@ -1,10 +1,10 @@
-"""From arrays to a diagnosis: which law the usual model of a pushed table leaves out, and where it acts.
+"""Diagnose arrays: find the law that a model of a pushed table misses, and where it acts.
 
     python examples/diagnose_your_recording.py [--out diagnosis/table]
 
-Read it from top to bottom. The arrays are made here, by a simulated table with a locked wheel that also drags
-a foot; the diagnosis is not told. Put your own in their place. `trundle diagnose RECORDING --out FOLDER` is
-the command for it; in examples/diagnose_your_simulator.py the simulation under test is your own.
+The arrays come from a simulated table with a locked wheel and dry friction at one foot, which the nominal
+model does not contain. Replace them by your own. The command line equivalent is `trundle diagnose RECORDING
+--out FOLDER`. In examples/diagnose_your_simulator.py the simulation under test is your own.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PUSHES = 5
 
 
 class Push(NamedTuple):
-    """What two instruments logged, each on its own clock: shapes (n,), (n, 3), (n, 3), (m,), (m, 3)."""
+    """Logs of two instruments with separate sample times: shapes (n,), (n, 3), (n, 3), (m,), (m, 3)."""
 
     tracker_t: Floats
     table: Floats
@@ -35,8 +35,8 @@ class Push(NamedTuple):
     wrench: Floats
 
 
-def logged() -> list[Push]:
-    """Return pushes as arrays: s, (m, m, rad), and (N, N, N m) in the hand's axes. The part to replace."""
+def simulated_logs() -> list[Push]:
+    """Return pushes as arrays: s, (m, m, rad), and (N, N, N m) in the axes of the hand. Replace this part."""
     pushes = []
     for seen in list(trundle.simulate(SCENARIO).episodes.values())[:PUSHES]:
         tracked, read = np.isfinite(seen["object_x"]), np.isfinite(seen["force_x"])
@@ -50,7 +50,7 @@ def logged() -> list[Push]:
 
 
 def columns(push: Push) -> dict[str, Floats]:
-    """Return the table of an episode: a row for each time, NaN where an instrument has no sample."""
+    """Return the columns of an episode: one row per time, NaN where an instrument has no sample."""
     t = np.union1d(push.tracker_t, push.sensor_t)
     table = {"t": t}
     for names, times, values in (
@@ -64,8 +64,8 @@ def columns(push: Push) -> dict[str, Floats]:
     return table
 
 
-# What no array tells: the outline, what the reading's sign means, that the sensor's zero is still in it, when
-# nothing was touched yet, how good the instruments are, and which push is never fitted.
+# What the arrays do not contain: the footprint, the sign of the reading, that it is raw (with the sensor's
+# offset), the interval without contact, the noise of the instruments, and the held-out push.
 METADATA = {
     "format": "trundle-recording/1",
     "name": "a table",
@@ -80,30 +80,30 @@ METADATA = {
 
 
 def main(out: Path) -> trundle.Diagnosis:
-    episodes = {f"push_{k}": columns(push) for k, push in enumerate(logged())}
+    episodes = {f"push_{k}": columns(push) for k, push in enumerate(simulated_logs())}
     recording = trundle.Recording(METADATA, episodes)
 
-    # Before any physics: units, signs, axes, clocks, tare, enough motion.
+    # Check units, signs, axes, clocks, tare, and whether there is enough motion.
     findings = [f"{found['severity']}: {found['sentence']}" for found in trundle.check(recording)]
     print("checked", *(findings or ["nothing found"]), sep="\n  ")
 
-    # The simulation under test is the paper's, a rigid body with one viscous wheel; `model=` gives another.
+    # The nominal model is the paper's, a rigid body with one viscous wheel; `model=` sets another.
     # The verdict is "consistent", "reparameterised", "explained" or "unexplained".
     found = trundle.diagnose(recording)
     print(f"diagnosed: {found.verdict}")
     for effect in found.answer["missing"]:
         print(f"  {effect['effect']}, probability {effect['probability']:.2f}: {effect['statement']}")
 
-    # Effects are believed for what they predict of the push that was held out, from its start to its end.
+    # Error metrics on the held-out push.
     held_out = found.answer["fit"]["held_out"]
     for when in ("before", "after"):
-        figures = held_out[when]
+        metrics = held_out[when]
         print(
-            f"held out, {when} them: {figures['position_rmse']:.4f} m in open loop, "
-            f"{figures['window_position_rmse']:.4f} m from one second to the next (rms)"
+            f"held out, {when}: {metrics['position_rmse']:.4f} m in open loop, "
+            f"{metrics['window_position_rmse']:.4f} m one second ahead (RMS)"
         )
 
-    # The richer model is one to simulate, to plan on, or to start the next diagnosis from.
+    # The model with the named effects, for simulation, planning or the next diagnosis.
     folder = found.write(out)
     print(f"written: {', '.join(sorted(path.name for path in folder.iterdir()))}")
     for parameter in trundle.Model.read(folder / "model.toml").parameters:
@@ -112,7 +112,7 @@ def main(out: Path) -> trundle.Diagnosis:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="From arrays to a diagnosis, a model and a report.")
+    parser = argparse.ArgumentParser(description="Diagnose arrays, and write a model and a report.")
     parser.add_argument("--out", type=Path, help="folder for the report, the model and the predictions")
     folder = parser.parse_args().out
     with tempfile.TemporaryDirectory() as scratch:

@@ -1,10 +1,10 @@
-"""Diagnose a simulation of your own: a table in MuJoCo, and a recording in which one of its feet drags.
+"""Diagnose your own simulator: a table in MuJoCo, and a recording of it with one dragging foot.
 
     python examples/diagnose_your_simulator.py [--out diagnosis/table] [--episodes 5] [--seconds 6]
 
-The recording is made here, by MuJoCo, with noise; the simulation under test is the same table on its castors,
-without the foot. Needs `mujoco`. In your own work the recording comes from `trundle.read`, and `step` calls
-your simulator.
+MuJoCo also makes the recording, with noise. The simulation under test is the same table on its casters
+without the dragging foot. Requires `mujoco`. For your own simulator, get the recording with `trundle.read`,
+and let `step` call the simulator.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ TABLE = """
 
 
 class Table:
-    """The simulation under test: castors that resist in proportion to speed, alike in every direction."""
+    """The simulation under test: a table on casters with isotropic viscous friction."""
 
     def __init__(self) -> None:
         self.model = mujoco.MjModel.from_xml_string(TABLE)
@@ -45,7 +45,7 @@ class Table:
         self.values: dict[str, float] = {}
 
     def use(self, values: dict[str, float]) -> None:
-        """Take values of the parameters: MuJoCo keeps numbers that follow from them."""
+        """Set the parameters, and the constants that MuJoCo derives from them."""
         model, self.values = self.model, dict(values)
         model.body_mass[1] = values["mass"]
         model.body_inertia[1] = values["mass"] * GYRATION**2
@@ -53,7 +53,7 @@ class Table:
         mujoco.mj_setConst(model, self.scratch)
 
     def step(self, state: Floats, wrench: Floats, dt: float, values: dict[str, float]) -> Floats:
-        """Return the state after `dt` seconds: what trundle.diagnose asks for."""
+        """Return the state after `dt` seconds, as `trundle.diagnose` requires."""
         model, data = self.model, self.data
         if values != self.values:
             self.use(values)
@@ -61,19 +61,19 @@ class Table:
         model.opt.timestep = dt / steps
         data.qpos[:], data.qvel[:] = state[:3], state[3:]
         for _ in range(steps):
-            data.qfrc_applied[:] = in_world(wrench, data.qpos[2])
+            data.qfrc_applied[:] = to_world(wrench, data.qpos[2])
             mujoco.mj_step(model, data)
         return np.concatenate([data.qpos, data.qvel])
 
 
-def in_world(wrench: Floats, theta: float) -> Floats:
-    """Return a wrench given in the object's axes in those of the world."""
+def to_world(wrench: Floats, theta: float) -> Floats:
+    """Transform a wrench from object axes to world axes."""
     cos, sin = np.cos(theta), np.sin(theta)
     return np.array([cos * wrench[0] - sin * wrench[1], sin * wrench[0] + cos * wrench[1], wrench[2]])
 
 
-def dragging(place: tuple[float, float], force: float) -> Callable[[Floats, Floats], Floats]:
-    """Return what nobody told the simulation: a foot without its castor, dry friction at one place."""
+def dragging_foot(place: tuple[float, float], force: float) -> Callable[[Floats, Floats], Floats]:
+    """Return the missing effect as a function of pose and twist: dry friction at one foot."""
 
     def wrench(pose: Floats, twist: Floats) -> Floats:
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
@@ -85,8 +85,8 @@ def dragging(place: tuple[float, float], force: float) -> Callable[[Floats, Floa
     return wrench
 
 
-def push(rng: np.random.Generator) -> Callable[[float], Floats]:
-    """Return a push at the grasp, gripper axes: N, N, N·m by time."""
+def random_push(rng: np.random.Generator) -> Callable[[float], Floats]:
+    """Return a push: the wrench at the grasp over time, gripper axes, N, N, N·m."""
     phase, rate = rng.uniform(-np.pi, np.pi, 3), rng.uniform(0.7, 1.3, 3)
 
     def wrench(t: float) -> Floats:
@@ -102,16 +102,16 @@ def push(rng: np.random.Generator) -> Callable[[float], Floats]:
     return wrench
 
 
-def recorded(
+def simulate_recording(
     hidden: Callable[[Floats, Floats], Floats] | None, episodes: int, seconds: float, seed: int = 0
 ) -> trundle.Recording:
-    """Return a recording of the table pushed by MuJoCo, at a fine step, the last episode held out."""
+    """Simulate a recording of the table with a small step; the last episode is held out."""
     table, tables = Table(), {}
     values = {"mass": 21.0, "rolling": 14.0, "turning": 3.0}
     dt = 5e-4
     for k in range(episodes):
         rng = np.random.default_rng([seed, k])
-        pushed = push(rng)
+        pushed = random_push(rng)
         state = np.array([0.2 * k, -0.1 * k, 0.9 * k - 1.0, 0.0, 0.0, 0.0])
         rows = []
         for index in range(round(seconds / dt)):
@@ -121,9 +121,9 @@ def recorded(
                 rows.append([t, *state[:3], fx, fy, torque])
             wrench = np.array([fx, fy, torque + GRASP[0] * fy - GRASP[1] * fx])
             if hidden is not None and t > CONTACT:
-                wrench += in_world(hidden(state[:3], state[3:]), -state[2])
+                wrench += to_world(hidden(state[:3], state[3:]), -state[2])
             state = table.step(state, wrench, dt, values)
-        tables[f"push_{k}"] = observed(np.array(rows), rng)
+        tables[f"push_{k}"] = measured_columns(np.array(rows), rng)
     metadata = {
         "format": "trundle-recording/1",
         "name": "a table in MuJoCo",
@@ -135,14 +135,14 @@ def recorded(
     return trundle.Recording(metadata, tables)
 
 
-def observed(rows: Floats, rng: np.random.Generator) -> dict[str, Floats]:
-    """Return a recording's columns: poses at 62.5 Hz, a raw wrench at 250 Hz, with noise and an offset."""
+def measured_columns(rows: Floats, rng: np.random.Generator) -> dict[str, Floats]:
+    """Return the columns of an episode: poses at 62.5 Hz, a raw wrench at 250 Hz, noise and an offset."""
     n = len(rows)
     pose = rows[:, 1:4] + rng.normal(size=(n, 3)) * NOISE["pose"]
     reading = rows[:, 4:] + [2.0, -1.0, 0.3] + rng.normal(size=(n, 3)) * [0.4, 0.4, 0.05]
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    held = np.column_stack([cos * GRASP[0] - sin * GRASP[1], sin * GRASP[0] + cos * GRASP[1]])
-    gripper = np.column_stack([pose[:, :2] + held, pose[:, 2]])
+    grasp = np.column_stack([cos * GRASP[0] - sin * GRASP[1], sin * GRASP[0] + cos * GRASP[1]])
+    gripper = np.column_stack([pose[:, :2] + grasp, pose[:, 2]])
     columns = {"t": rows[:, 0]}
     for k, axis in enumerate(("x", "y", "theta")):
         for name, values in (("object", pose), ("gripper", gripper)):
@@ -163,22 +163,22 @@ def main() -> trundle.Diagnosis:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--out", help="folder to write the diagnosis to")
+    parser.add_argument("--out", help="output folder of the diagnosis")
     parser.add_argument("--episodes", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=6.0)
     args = parser.parse_args()
-    recording = recorded(dragging((0.45, 0.3), 9.0), args.episodes, args.seconds)
+    recording = simulate_recording(dragging_foot((0.45, 0.3), 9.0), args.episodes, args.seconds)
     found = trundle.diagnose(recording, step=Table().step, parameters=PARAMETERS)
     print(found.verdict)
     for effect in found.answer["missing"]:
         print(f"{effect['effect']} (probability {effect['probability']:.2f}): {effect['statement']}")
     for name, value in found.answer["nominal"]["after"].items():
-        held = (
+        text = (
             f"{value['mean']:.2f} ± {value['sd']:.2f}"
             if value["identifiable"]
-            else "not held by these pushes"
+            else "not identifiable from these data"
         )
-        print(f"{name}: {held} {value['unit']}")
+        print(f"{name}: {text} {value['unit']}")
     before, after = (found.answer["fit"]["held_out"][key]["position_rmse"] for key in ("before", "after"))
     print(f"held out, open loop: {before:.4f} m -> {after:.4f} m")
     if args.out:

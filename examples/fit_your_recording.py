@@ -1,10 +1,10 @@
-"""From a logger's CSV files to a model with intervals, and a push that it had not seen, predicted.
+"""Fit a model to a logger's CSV files, and predict a held-out push.
 
     python examples/fit_your_recording.py [--out runs/fit]
 
-Read it from top to bottom. The logs are made here, by an environment, so that the truth is known at the end.
-Put your own in their place, with a map that names your columns, units and signs (docs/import.md). `trundle
-import`, `trundle check`, `trundle fit` and `trundle predict` do the same on the command line.
+An environment writes the logs, so that the true model is known. Replace them by your own, with a map of your
+columns, units and signs (docs/import.md). The command line equivalents are `trundle import`, `trundle check`,
+`trundle fit` and `trundle predict`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ import numpy as np
 import trundle
 from trundle.importers import read
 
-PUSHES, SECONDS, HELD = 4, 6.0, 0.6
-"""How many, how long, and how long the hand keeps a velocity, s."""
+PUSHES, PUSH_DURATION_S, VELOCITY_DURATION_S = 4, 6.0, 0.6
+"""Number and duration of the pushes, and how long the hand keeps a velocity, s."""
 
-# What the columns are; under [recording], what no log tells: the table's outline, what the reading's sign is,
-# when nothing was touched yet, how good the instruments are, and which push the fit is not to see.
+# Meaning of the columns. [recording] contains what logs do not: the footprint, the sign of the reading, the
+# interval without contact, the noise of the instruments, and the held-out push.
 MAP = """
 name = "table"
 delimiter = ";"
@@ -60,8 +60,8 @@ held_out = ["episode_03"]
 """
 
 
-def logged(env: gymnasium.Env[Any, Any], folder: Path) -> None:
-    """Push with a velocity-driven hand, and write a CSV file for each push, as a logger might."""
+def write_logs(env: gymnasium.Env[Any, Any], folder: Path) -> None:
+    """Push with a velocity-controlled hand, and write a CSV file for each push, like a logger."""
     source: Any = env.unwrapped
     source.start_recording()
     rng = np.random.default_rng(0)
@@ -69,8 +69,8 @@ def logged(env: gymnasium.Env[Any, Any], folder: Path) -> None:
         options = {"start": (0.0, 0.0, 1.5 * number), "same_object": number > 0}
         env.reset(seed=3 if number == 0 else None, options=options)
         rows = [source.take_rows()]
-        for step in range(round(SECONDS / source.control)):
-            if step % round(HELD / source.control) == 0:
+        for step in range(round(PUSH_DURATION_S / source.control)):
+            if step % round(VELOCITY_DURATION_S / source.control) == 0:
                 velocity = rng.uniform(-1.0, 1.0, 3).astype(np.float32)
             *_, terminated, truncated, _ = env.step(velocity)
             rows.append(source.take_rows())
@@ -90,52 +90,52 @@ def logged(env: gymnasium.Env[Any, Any], folder: Path) -> None:
 def main(out: Path) -> trundle.Fit:
     env = gymnasium.make("trundle/LockedWheel-v0", action="velocity")
     (out / "logs").mkdir(parents=True, exist_ok=True)
-    logged(env, out / "logs")
+    write_logs(env, out / "logs")
     (out / "map.toml").write_text(MAP)
 
-    # Import. Nothing is repaired silently: what was left out on the way is told.
+    # Import. Remarks list omitted samples.
     imported = read(out / "logs", "csv", out / "map.toml")
     recording = trundle.Recording(imported.metadata, imported.episodes)
     recording.write(out / "recording")
     print(f"imported {', '.join(recording.episodes)}", *imported.remarks, sep="\n  ")
 
-    # Check, before any physics: units, signs, axes, clocks, tare, enough motion.
+    # Check units, signs, axes, clocks, tare, and whether there is enough motion.
     findings = [f"{found['severity']}: {found['sentence']}" for found in trundle.check(recording)]
     print("checked", *(findings or ["nothing found"]), sep="\n  ")
 
-    # Fit the paper's model, a rigid body with one viscous wheel, to all pushes but the one held out.
+    # Fit the paper's model, a rigid body with one viscous wheel, to the training pushes.
     fit = trundle.fit(recording)
     fit.model.write(out / "model.toml")
-    print("fitted, with intervals of 90 %")
+    print("fitted, with 90 % intervals")
     for p in fit.summary["parameters"]:
         if p["identifiable"]:
-            ends = "{:.4f} to {:.4f}".format(*(p["mean"] + side * 1.645 * p["sd"] for side in (-1, 1)))
+            ends = f"{p['low']:.4f} to {p['high']:.4f}"
             print(f"  {p['name']:20} {p['mean']:9.4f} {p['unit']:6} {ends}")
         else:
-            print(f"  {p['name']:20} not held by these pushes")
+            print(f"  {p['name']:20} not identifiable from these data")
 
-    # Predict the push held out, in open loop: the model is told where it begins and what the sensor read. The
-    # sensor's zero is known to some hundredths of a newton; a table that turns about its wheel adds that up.
+    # Predict the held-out push in open loop, from its first pose and the recorded wrench. The tare error of
+    # some hundredths of a newton accumulates as the table turns about its wheel.
     seen = trundle.prepare(recording)["episode_03"]
     t, still = seen["wrench_t"], seen["pose_t"] < 0.4
     first = seen["pose"][still].mean(axis=0)
     poses, _ = fit.model.rollout(first, [0.0] * 3, t, seen["on_object"], contact=seen["contact"])
     off = [np.interp(seen["pose_t"], t, poses[:, k]) - seen["pose"][:, k] for k in (0, 1)]
     ahead = fit.summary["held_out"]["window_position_rmse"]
-    print(f"predicted the push held out, {t[-1] - seen['contact']:.1f} s")
+    print(f"prediction of the held-out push, {t[-1] - seen['contact']:.1f} s")
     print(f"  the table moved {np.hypot(*(seen['pose'][-1] - first)[:2]):.3f} m")
-    print(f"  off at the end {np.hypot(*off)[-1]:.3f} m; from one second to the next {ahead:.4f} m (rms)")
+    print(f"  error at the end {np.hypot(*off)[-1]:.3f} m; one second ahead {ahead:.4f} m (RMS)")
 
     source: Any = env.unwrapped
     truth = source.hidden_model()
-    print("the truth; a wheel turned by a quarter, with its two drags exchanged, is the same wheel")
+    print("true model (a wheel rotated by 90° with exchanged drags is the same wheel)")
     print(f"  {truth['body']['mass']} kg,", ", ".join(f"{k} {v}" for k, v in truth["effect"][0].items()))
     return fit
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="From a logger's CSV files to a model, and a prediction.")
-    parser.add_argument("--out", type=Path, help="folder to keep logs, map, recording and model in")
+    parser = argparse.ArgumentParser(description="Fit a model to CSV files, and predict a push.")
+    parser.add_argument("--out", type=Path, help="output folder for logs, map, recording and model")
     folder = parser.parse_args().out
     with tempfile.TemporaryDirectory() as scratch:
         main(folder or Path(scratch))

@@ -1,4 +1,4 @@
-"""Make an environment and step it: one, a branch of it, and a thousand at once.
+"""Make an environment and step it: a single one, branches of it, and a batch of a thousand.
 
 Run it with `python examples/make_and_step.py`; it writes `make_and_step.png`.
 """
@@ -11,12 +11,12 @@ import numpy as np
 
 import trundle
 
-# A piece of furniture that nobody has seen, one of whose wheels is locked, and a doorway.
+# A random piece of furniture with one locked wheel, and a doorway.
 env = gymnasium.make("trundle/PushDoor-v0", render_mode="rgb_array")
 observation, info = env.reset(seed=7)
-print(f"an observation has {len(observation)} numbers; an action three in [-1, 1]")
+print(f"an observation has {len(observation)} numbers, an action three in [-1, 1]")
 
-# The wrench of an action is the same part of the same full one for every object.
+# An action is a share of the full wrench, which is the same for all objects.
 push = np.array([0.8, 0.1, 0.0], dtype=np.float32)
 for _ in range(20):
     observation, reward, terminated, truncated, info = env.step(push)
@@ -24,7 +24,7 @@ for _ in range(20):
         break
 print(f"after a second: {info['distance']:.2f} m from the goal, at {observation[4:6].round(2)} m/s")
 
-# A planner may try the next second in three ways from here, random numbers and clock included.
+# Try three actions for the next second from the same state. A snapshot includes random numbers and clock.
 task = env.unwrapped
 assert isinstance(task, trundle.envs.Push)
 here = task.snapshot()
@@ -37,7 +37,7 @@ for torque in (-0.5, 0.0, 0.5):
     print(f"torque {torque:4.1f}: {info['distance']:.2f} m from the goal")
 plt.imsave("make_and_step.png", np.asarray(env.render()))
 
-# A thousand worlds in one call; each is the single environment of its seed, to the last bit.
+# A batch of a thousand worlds; each is bit-identical to the single environment with its seed.
 envs = gymnasium.make_vec("trundle/PushDoor-v0", num_envs=1000)
 observations, _ = envs.reset(seed=0)
 for _ in range(20):

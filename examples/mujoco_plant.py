@@ -1,10 +1,10 @@
-"""The adaptive agent on a plant of another engine: a table on rollers in MuJoCo, one of which is stuck.
+"""Adaptive agent on a plant of another engine: a table on rollers in MuJoCo, one of which is stiff.
 
     python examples/mujoco_plant.py [--episodes 5] [--seed 0]
 
-Everything that moves is MuJoCo's: gravity, four balls that roll on the floor, bearings in which they turn.
-One bearing is stiff; nobody says which. `RollerTable` has all that the agent asks of an environment of yours:
-the spaces of `trundle/PushPose-v0`, `ACTION_SCALE` and `recording_metadata`. Needs `trundle[mujoco]`.
+MuJoCo simulates gravity, four balls that roll on the floor, and their bearings. The agent does not know which
+bearing is stiff. `RollerTable` has all that the agent requires of an environment: the spaces of
+`trundle/PushPose-v0`, `ACTION_SCALE` and `recording_metadata`. Requires `trundle[mujoco]`.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ MASS, RADIUS = 22.0, 0.05
 FEET = [(-0.5, -0.3), (0.5, -0.3), (0.5, 0.3), (-0.5, 0.3)]
 FOOTPRINT = [(-0.6, -0.4), (0.6, -0.4), (0.6, 0.4), (-0.6, 0.4)]
 GRASP = (-0.6, 0.0)
-FREE, STUCK = 1.0, (60.0, 300.0)
-"""Drag of a roller that turns easily (the agent's model has none of it) and of the stiff one, N s/m."""
+FREE, STIFF = 1.0, (60.0, 300.0)
+"""Drag of a normal roller (not in the agent's model), and range of that of the stiff one, N s/m."""
 STEP, CONTROL, RISE = 5e-4, 0.05, 0.02
-"""Of the simulation; from one action to the next; in which the arm reaches an action; s."""
+"""Simulation step, interval between actions, and rise time of an action, s."""
 POSE_NOISE, TWIST_NOISE, READING_NOISE = (5e-4, 5e-4, 1.75e-3), (5e-3, 5e-3, 1e-2), (0.4, 0.4, 0.05)
 BOUNDS = np.array([3, 3, 1, 1, 4, 4, 7, 3, 3, 1, 1, 120, 120, 43, 1.5, 1.5])
 
@@ -39,7 +39,7 @@ ROLLERS = "".join(
       </body>"""
     for k, (x, y) in enumerate(FEET)
 )
-# Friction 3: the balls grip the floor under any push, so that the stiff one drags as its bearing does.
+# With friction 3 the balls do not slip, so that the drag of the stiff one is that of its bearing.
 TABLE = f"""
 <mujoco>
   <option timestep="{STEP}" integrator="implicitfast" cone="elliptic" impratio="10"/>
@@ -61,7 +61,7 @@ TABLE = f"""
 
 
 class RollerTable(gymnasium.Env[Floats, NDArray[np.float32]]):
-    """Push the table to a pose 0.4 to 1 m away: task, noise and ends are those of `trundle.envs.PushPose`."""
+    """Push the table to a pose 0.4 to 1 m away. The task is that of `trundle.envs.PushPose`."""
 
     ACTION_SCALE = np.array([100.0, 100.0, 40.0])
 
@@ -73,7 +73,7 @@ class RollerTable(gymnasium.Env[Floats, NDArray[np.float32]]):
         self.goal, self.steps, self.stuck, self.drag = np.zeros(3), 0, 0, 0.0
 
     def recording_metadata(self, name: str) -> dict[str, Any]:
-        """Return what is known of the table and the instruments: nothing of the rollers."""
+        """Return the metadata of table and instruments, without the rollers."""
         noise = {"pose": POSE_NOISE, "force": READING_NOISE[0], "torque": READING_NOISE[2]}
         wrench = {"frame": "sensor", "sign": "on_object", "raw": False, "contact": "grasp"}
         body = {"footprint": FOOTPRINT, "support": FEET}
@@ -83,12 +83,12 @@ class RollerTable(gymnasium.Env[Floats, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats, dict[str, Any]]:
-        """Draw which roller is stuck and how firmly, start and goal."""
+        """Draw the stiff roller, its drag, the start and the goal."""
         super().reset(seed=seed)
         rng = self.np_random
-        self.stuck, self.drag = int(rng.integers(len(FEET))), float(np.exp(rng.uniform(*np.log(STUCK))))
+        self.stuck, self.drag = int(rng.integers(len(FEET))), float(np.exp(rng.uniform(*np.log(STIFF))))
         for k in range(len(FEET)):
-            # A ball that rolls at v turns at v / r; a torque in its bearing is r times a force at the floor.
+            # A ball at speed v rotates at v / r. The bearing torque is r times the force at the floor.
             first = self.model.joint(f"roller{k}").dofadr[0]
             self.model.dof_damping[first : first + 3] = (self.drag if k == self.stuck else FREE) * RADIUS**2
         x, y, angle = *rng.uniform(-0.5, 0.5, 2), rng.uniform(-np.pi, np.pi)
@@ -96,12 +96,12 @@ class RollerTable(gymnasium.Env[Floats, NDArray[np.float32]]):
         self.goal = np.array([x + far * np.cos(way), y + far * np.sin(way), angle + turn])
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:7] = [x, y, RADIUS, np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]
-        mujoco.mj_step(self.model, self.data, round(0.1 / STEP))  # it settles on the floor
+        mujoco.mj_step(self.model, self.data, round(0.1 / STEP))  # settles on the floor
         self.steps = 0
         return self.observed(), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
-        """Push for 50 ms: the wrench at the grasp rises to the action and is held."""
+        """Push for 50 ms: the wrench at the grasp rises to the action and stays constant."""
         before, wanted = self.data.ctrl.copy(), self.ACTION_SCALE * action
         for k in range(round(CONTROL / STEP)):
             self.data.ctrl[:] = before + min(1.0, (k + 0.5) * STEP / RISE) * (wanted - before)
@@ -117,12 +117,12 @@ class RollerTable(gymnasium.Env[Floats, NDArray[np.float32]]):
         return self.observed(), reward, success or lost, self.steps >= 300, info
 
     def motion(self) -> tuple[Floats, Floats]:
-        """Return pose and twist of the table as they are, world axes."""
+        """Return true pose and twist of the table, world axes."""
         x, y, _, w, _, _, z = self.data.qpos[:7]
         return np.array([x, y, 2 * np.arctan2(z, w)]), self.data.qvel[[0, 1, 5]]
 
     def observed(self) -> Floats:
-        """Return what the instruments make of it, in the order of `trundle.envs.Push`."""
+        """Return the measured observation, in the order of `trundle.envs.Push`."""
         (pose, twist), rng = self.motion(), self.np_random
         x, y, angle = pose + rng.normal(0.0, POSE_NOISE)
         goal = (*self.goal[:2], np.cos(self.goal[2]), np.sin(self.goal[2]))
@@ -133,7 +133,7 @@ class RollerTable(gymnasium.Env[Floats, NDArray[np.float32]]):
 
 
 def play(env: RollerTable, agent: trundle.AdaptiveAgent, seed: int) -> tuple[dict[str, Any], trundle.Model]:
-    """Let the agent play one episode; return how it ended, and what the agent then believed."""
+    """Run one episode; return its last info and the estimated model."""
     observation, info = env.reset(seed=seed)
     over = False
     while not over:
@@ -144,19 +144,19 @@ def play(env: RollerTable, agent: trundle.AdaptiveAgent, seed: int) -> tuple[dic
 
 
 def wheel(model: trundle.Model) -> str:
-    """Return the place of a model's wheel (m) and its drag along and across its direction (N s/m)."""
+    """Return the position of a model's wheel (m) and its drags along and across (N s/m) as text."""
     found = {p["name"].removeprefix("viscous_wheel."): p["value"] for p in model.parameters}
     return "({x:5.2f}, {y:5.2f}) {mu_x:6.0f} {mu_y:4.0f}".format(**found) if "mu_x" in found else "no wheel"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="The adaptive agent pushes a table of MuJoCo's.")
+    parser = argparse.ArgumentParser(description="Push a table in MuJoCo with the adaptive agent.")
     parser.add_argument("--episodes", type=int, default=5)
-    parser.add_argument("--seed", type=int, default=0, help="of the first episode; the next have the next")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the first episode (default 0)")
     args = parser.parse_args()
     env = RollerTable()
     agent, reached = trundle.AdaptiveAgent(env), 0
-    print(f"{'seed':>4}  {'goal':19}  {'stuck roller, m, N s/m':24}  believed of it")
+    print(f"{'seed':>4}  {'goal':19}  {'stiff roller, m, N s/m':24}  estimated wheel")
     for seed in range(args.seed, args.seed + args.episodes):
         info, model = play(env, agent, seed)
         reached += info["is_success"]

@@ -1,4 +1,4 @@
-"""Let PPO learn for two minutes to push a table with a hidden locked wheel (needs the extra [rl]).
+"""Train PPO for two minutes to push a table with a hidden locked wheel (requires the extra [rl]).
 
 python examples/train_ppo.py --steps 600000
 """
@@ -13,13 +13,13 @@ from trundle.experiments.training.networks import algorithm, exported
 from trundle.experiments.training.worlds import make_worlds
 
 parser = argparse.ArgumentParser()
-parser.add_argument("--steps", type=int, default=600_000, help="of all environments together")
-parser.add_argument("--episodes", type=int, default=100, help="of each evaluation")
-parser.add_argument("--out", help="keep the policy: a file.npz that `trundle play PushPose --agent` takes")
+parser.add_argument("--steps", type=int, default=600_000, help="steps of all environments together")
+parser.add_argument("--episodes", type=int, default=100, help="episodes of each evaluation")
+parser.add_argument("--out", help="output file.npz of the policy, for `trundle play PushPose --agent`")
 args = parser.parse_args()
-torch.set_num_threads(1)  # the networks are small: more threads would wait for each other
+torch.set_num_threads(1)  # more threads are slower with such small networks
 
-# A file for `trundle train`, such as configs/rl/ppo.toml, says the same. Each episode hides another wheel.
+# As in a file for `trundle train`, such as configs/rl/ppo.toml. Each episode hides another wheel.
 settings = Settings(
     name="example",
     algorithm="PPO",
@@ -28,7 +28,7 @@ settings = Settings(
     n_timesteps=args.steps,
     seeds=[1],
     n_envs=128,
-    frame="object",  # the network sees goal and velocity from the table, as a person behind it does
+    frame="object",  # goal and velocity in the frame of the table
     hyperparameters={
         "policy": "MlpPolicy",
         "n_steps": 64,
@@ -37,22 +37,22 @@ settings = Settings(
         "learning_rate": 1e-3,
     },
     policy_kwargs={"net_arch": [64, 64], "log_std_init": -1.0},
-    aids=RewardShaping(success_bonus=10.0, loss_cost=20.0),  # to learn from; not part of the return
+    aids=RewardShaping(success_bonus=10.0, loss_cost=20.0),  # reward shaping; not part of the return
 )
 worlds = make_worlds(settings)
 learner = algorithm(settings, 1, worlds)
 
 
-def tell(when: str) -> None:
-    """Play worlds that are never trained on, and say how many goals are reached."""
+def print_evaluation(when: str) -> None:
+    """Print the number of goals reached in worlds that are not used for training."""
     policy = exported(settings, 1, learner, worlds)
     found = evaluate(policy, settings.env, settings.env_kwargs, 500_000, args.episodes)
     reached = round(found["success"] * args.episodes)
-    print(f"{when}: {reached} of {args.episodes} goals reached, {found['distance']:.2f} m off on average")
+    print(f"{when}: {reached} of {args.episodes} goals reached, mean distance {found['distance']:.2f} m")
 
 
-tell("before")
+print_evaluation("before")
 learner.learn(args.steps)
-tell(f"after {learner.num_timesteps:,} steps")
+print_evaluation(f"after {learner.num_timesteps:,} steps")
 if args.out:
     exported(settings, 1, learner, worlds).save(args.out)

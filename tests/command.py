@@ -1,4 +1,4 @@
-"""The command line in a process of its own, as a person starts it."""
+"""The command line in a separate process."""
 
 import os
 import signal
@@ -12,7 +12,7 @@ COMMAND = (sys.executable, "-m", "trundle")
 
 
 def trundle(folder: Path, *arguments: str | Path, **environment: str) -> "subprocess.CompletedProcess[str]":
-    """Run `trundle` in `folder` and return how it ended and what it printed."""
+    """Run `trundle` in `folder` and return its exit status and output."""
     return subprocess.run(
         [*COMMAND, *map(str, arguments)],
         cwd=folder,
@@ -24,7 +24,7 @@ def trundle(folder: Path, *arguments: str | Path, **environment: str) -> "subpro
 
 
 def at_work(process: "subprocess.Popen[str]", seconds: float) -> None:
-    """Wait until a process has computed for some seconds, however busy the machine is."""
+    """Wait until a process has used some seconds of CPU time."""
     stat = Path(f"/proc/{process.pid}/stat")
     if not stat.exists():
         time.sleep(seconds)
@@ -37,7 +37,7 @@ def at_work(process: "subprocess.Popen[str]", seconds: float) -> None:
 
 
 def interruptible(line: Sequence[str | Path], folder: Path | None = None) -> "subprocess.Popen[str]":
-    """Start `line` as a terminal does: background jobs of a shell ignore Ctrl-C, and so do their children."""
+    """Start `line` so that it receives Ctrl-C, which background jobs of a shell ignore."""
     return subprocess.Popen(
         line,
         cwd=folder,

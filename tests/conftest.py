@@ -1,4 +1,4 @@
-"""Fixtures that several parts of the tests share."""
+"""Fixtures for all tests."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ RealData = Callable[[str], Path]
 def real_data() -> RealData:
     """Return the path of a real data set, by its name below `../shared/real`, or skip the test.
 
-    The data are other people's and are not in this repository; docs/real-recordings.md says where they are.
-    TRUNDLE_REAL_DATA names another folder.
+    The data are not part of this repository; docs/real-recordings.md lists their sources. TRUNDLE_REAL_DATA
+    sets another folder.
     """
     beside = Path(__file__).resolve().parents[2] / "shared" / "real"
     folder = Path(os.environ.get("TRUNDLE_REAL_DATA", beside))

@@ -1,4 +1,4 @@
-"""What is written appears whole or not at all."""
+"""Files and folders are written atomically."""
 
 import os
 import random
@@ -20,7 +20,7 @@ from trundle.atomic import atomic_file, atomic_folder, write_text
 from trundle.picture import draw
 
 
-def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
+def test_a_file_is_replaced_atomically(tmp_path: Path) -> None:
     path = tmp_path / "deep" / "a.txt"
     write_text(path, "before")
     with pytest.raises(KeyboardInterrupt), atomic_file(path) as part:
@@ -30,7 +30,7 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
     assert [(p.name, p.read_text()) for p in path.parent.iterdir()] == [("a.txt", "before")]
 
 
-def test_a_folder_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
+def test_a_folder_is_replaced_atomically(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     for text in ("one", "two"):
         with atomic_folder(folder, "mark", "a thing") as partial:
@@ -44,7 +44,7 @@ def test_a_folder_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [folder]
 
 
-def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
+def test_an_unrelated_folder_is_not_changed(tmp_path: Path) -> None:
     (tmp_path / "precious").touch()
     with (
         pytest.raises(TrundleError, match="is not empty and not a thing"),
@@ -55,7 +55,7 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
 
 
 def forked(task: Callable[[], None], patience: float = 60.0) -> int:
-    """Return the exit status of a task in a child, negative where a signal or our patience ended it."""
+    """Return the exit status of a task in a child; negative after a signal or a timeout."""
     child = os.fork()
     if child == 0:
         status = 1
@@ -84,11 +84,11 @@ def thing(folder: Path, text: str) -> None:
 
 
 TOUCHING = ("open", "os.", "shutil.", "replace")
-"""Beginnings of the names of what touches the disk."""
+"""Prefixes of the names of functions that access the disk."""
 
 
 def killed_before(step: int) -> None:
-    """Kill this process when it is about to touch the disk for the so-many-th time."""
+    """Kill this process before a given access to the disk."""
     left = step
 
     def count(event: str, _: Any = None) -> None:
@@ -131,8 +131,8 @@ def test_a_folder_survives_a_kill_at_every_step(tmp_path: Path) -> None:
     assert seen.count("two") > 3
 
 
-def test_a_folder_moved_aside_by_a_killed_process_comes_back(tmp_path: Path) -> None:
-    """Where the file system cannot exchange folders."""
+def test_a_folder_moved_by_a_killed_process_is_restored(tmp_path: Path) -> None:
+    """For file systems that cannot exchange folders."""
     folder = tmp_path / "out"
     thing(folder, "one")
     folder.rename(tmp_path / ".out.replaced")
@@ -175,8 +175,8 @@ def test_a_recording_survives_a_kill_at_any_instant(tmp_path: Path) -> None:
         assert trundle.read(folder) in two
 
 
-def test_a_full_disk_is_told_with_the_path_and_leaves_nothing(tmp_path: Path) -> None:
-    """As far as a process can tell: here it is the largest size of a file that it may write."""
+def test_a_full_disk_is_reported_and_leaves_nothing(tmp_path: Path) -> None:
+    """Simulated by a limit on the size of files."""
     picture, folder = tmp_path / "p.png", tmp_path / "out"
     run = recording(50)
 

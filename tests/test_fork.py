@@ -1,4 +1,4 @@
-"""A forked child works, whatever its parent has done: none of the parent's threads is in it."""
+"""A forked child works, although the threads of its parent do not exist in it."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ count = 2
 duration = 1.5
 """
 PATIENCE = 120.0
-"""Time, s, that a child has: minutes more than it needs, however busy the machine is."""
+"""Timeout of a child, s."""
 WALL = [[[1.0, -0.1], [1.1, -0.1], [1.1, 0.1], [1.0, 0.1]]]
 
 
 class Work:
-    """What uses all cores: once it has run here, this process has threads that a fork does not have."""
+    """Work on all cores. Afterwards this process has threads that a fork does not have."""
 
     def __init__(self, folder: Path) -> None:
         scenario = folder / "scenario.toml"
@@ -95,11 +95,11 @@ def in_a_fork(task: Callable[[], None]) -> int:
 
 
 @pytest.mark.parametrize("name", ["check", "fit", "step", "plan"])
-def test_a_forked_child_does_not_wait_for_its_parents_threads(work: Work, name: str) -> None:
+def test_a_forked_child_does_not_wait_for_threads_of_its_parent(work: Work, name: str) -> None:
     assert in_a_fork(getattr(work, name)) == 0
 
 
-def test_a_childs_child_works_and_the_parent_goes_on(work: Work) -> None:
+def test_nested_forks_work(work: Work) -> None:
     def in_turn() -> None:
         work.check()
         assert in_a_fork(work.check) == 0
@@ -108,7 +108,7 @@ def test_a_childs_child_works_and_the_parent_goes_on(work: Work) -> None:
     work.check()
 
 
-def test_a_process_of_multiprocessing_does_all(work: Work) -> None:
+def test_multiprocessing_works(work: Work) -> None:
     child = multiprocessing.get_context("fork").Process(target=work.all)
     child.start()
     child.join(2 * PATIENCE)

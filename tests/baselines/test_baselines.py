@@ -1,4 +1,4 @@
-"""Transitions and the regressions that learn from them."""
+"""Transitions, and regressions on them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def of_cart(n: int, seed: int) -> Transitions:
 
 
 @pytest.mark.parametrize("path", OBJECTS, ids=lambda path: path.stem)
-def test_every_object_says_where_its_values_come_from(path: Path) -> None:
+def test_every_object_states_its_sources(path: Path) -> None:
     thing = trundle.objects.read(path)
     assert thing.radius and thing.models
     assert {"radius", "body.mass"} <= set(thing.sources)
@@ -52,7 +52,7 @@ def test_objects_without_a_wheel_are_linear(name: str) -> None:
     "name, configuration",
     [("office_table", "locked"), ("shopping_cart", "fixed rear wheels"), ("bed", "steering castor")],
 )
-def test_objects_with_a_wheel_are_not(name: str, configuration: str) -> None:
+def test_objects_with_a_wheel_are_nonlinear(name: str, configuration: str) -> None:
     held = model(name, configuration)
     training, test = (Transitions.simulated(held, 200, seed=seed) for seed in [0, 1])
     linear = LinearRegression().fit(training).score(test)
@@ -61,7 +61,7 @@ def test_objects_with_a_wheel_are_not(name: str, configuration: str) -> None:
     assert PhysicalModel(held).score(test) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_linear_regression_is_exact_where_the_change_is_linear() -> None:
+def test_linear_regression_is_exact_for_linear_transitions() -> None:
     rng = np.random.default_rng(0)
     before, wrench = rng.normal(size=(40, 6)), rng.normal(size=(40, 3))
     slopes = rng.normal(size=(9, 6))
@@ -73,7 +73,7 @@ def test_linear_regression_is_exact_where_the_change_is_linear() -> None:
 
 
 @pytest.mark.parametrize("features", ["world", "body"])
-def test_locally_weighted_regression_learns_with_data(features: Features) -> None:
+def test_locally_weighted_regression_improves_with_data(features: Features) -> None:
     test = of_cart(200, 1)
     scores = [LocallyWeightedRegression(features).fit(of_cart(n, 0)).score(test) for n in (15, 50, 200)]
     left = [1.0 - score for score in scores]
@@ -93,7 +93,7 @@ def test_r2_by_hand() -> None:
     assert r2(predicted, after) == -np.inf
 
 
-def test_noise_has_the_units_of_its_reading() -> None:
+def test_noise_has_the_units_of_its_interpretation() -> None:
     data = of_cart(3000, 0)
     for reading, first, heading in [("si", 0.5, 0.5), ("cm_deg", 0.005, np.radians(0.5))]:
         sd = noise_sd(0.5, reading, data)  # type: ignore[arg-type]
@@ -106,11 +106,11 @@ def test_noise_has_the_units_of_its_reading() -> None:
     np.testing.assert_array_equal(noisy.after, data.with_noise(sd, seed=4).after)
 
 
-def test_a_recording_makes_transitions_to_learn_from() -> None:
+def test_a_recording_gives_transitions() -> None:
     recording = trundle.simulate(CONFIGS / "experiments" / "demo.toml")
     training = Transitions.recorded(recording, dt=0.2)
     held_out = Transitions.recorded(recording, dt=0.2, held_out=True)
-    # Six episodes of 6 s and two, less what lies before contact and in drop-outs.
+    # Six training and two held-out episodes of 6 s, without the time before contact and drop-outs.
     assert 100 < len(training) <= 180 and 30 < len(held_out) <= 60
     np.testing.assert_allclose(training.dt, 0.2, atol=0.03)
     smooth = trundle.smooth(recording)
@@ -137,7 +137,7 @@ def test_the_true_model_predicts_a_recording_better_than_any_regression() -> Non
         assert LocallyWeightedRegression(features).fit(training).score(held_out) < truth
 
 
-def test_what_is_wrong_is_named() -> None:
+def test_invalid_arguments_are_named() -> None:
     data = of_cart(5, 0)
     free = trundle.Model.from_toml('format = "trundle-model/1"\n')
     for call, words in [

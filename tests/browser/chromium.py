@@ -1,4 +1,4 @@
-"""A headless Chromium, driven over its debugging pipe with the standard library alone."""
+"""A headless Chromium, controlled over its debugging pipe with the standard library."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ os.execv(sys.argv[3], sys.argv[3:])"""
 
 
 def find() -> str | None:
-    """The browser's path: the one that TRUNDLE_BROWSER names, else one on PATH, or None."""
+    """Return the path of the browser: TRUNDLE_BROWSER, or one on PATH, or None."""
     names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
     chosen = os.environ.get("TRUNDLE_BROWSER")
     return next((path for name in ((chosen,) if chosen else names) if (path := shutil.which(name))), None)
@@ -46,7 +46,7 @@ class Browser:
         self._home = tempfile.TemporaryDirectory()
         self._read, theirs_out = os.pipe()
         theirs_in, self._write = os.pipe()
-        # Out of the way of 3 and 4, which the browser wants.
+        # Not 3 and 4, which the browser uses.
         theirs = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (theirs_in, theirs_out)]
         flags = [*_FLAGS, f"--user-data-dir={self._home.name}", "about:blank"]
         command = [sys.executable, "-c", _PLUMBER, *map(str, theirs), path, *flags]
@@ -76,7 +76,7 @@ class Browser:
         shutil.rmtree(self._home.name, ignore_errors=True)
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """One command of the DevTools protocol and its result; events on the way are kept."""
+        """Run a command of the DevTools protocol and return its result; collect events meanwhile."""
         self._count += 1
         message: dict[str, Any] = {"id": self._count, "method": method, "params": parameters}
         if self._session:
@@ -102,7 +102,7 @@ class Browser:
         return message
 
     def open(self, page: Path, width: int) -> None:
-        """Load a file in a window of some width, px, and wait until it is shown."""
+        """Load a file in a window of a given width, px, and wait until it is shown."""
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
         self.call("Emulation.setDeviceMetricsOverride", **size)
         self.events.clear()
@@ -111,24 +111,24 @@ class Browser:
             self.events.append(self._next())
 
     def emulate(self, medium: str = "", scheme: str = "light") -> None:
-        """Show pages as on a screen or in "print", in a "light" or "dark" scheme, from now on."""
+        """Set the medium ("screen" or "print") and the colour scheme ("light" or "dark") of pages."""
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         self.call("Emulation.setEmulatedMedia", media=medium, features=features)
 
     def evaluate(self, script: str) -> Any:
-        """Value of an expression in the page."""
+        """Return the value of an expression in the page."""
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True)
         if "exceptionDetails" in answer:
             raise RuntimeError(answer["exceptionDetails"])
         return answer["result"].get("value")
 
     def screenshot(self) -> bytes:
-        """The whole page as PNG."""
+        """Return the whole page as PNG."""
         answer = self.call("Page.captureScreenshot", captureBeyondViewport=True, format="png")
         return base64.b64decode(answer["data"])
 
     def pdf(self) -> bytes:
-        """The page as printed."""
+        """Return the page as PDF."""
         return base64.b64decode(
             self.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)["data"]
         )

@@ -1,4 +1,4 @@
-"""A browser for the whole run, and the reports as files; skipped where there is no browser."""
+"""A browser for the session, and the reports as files; skipped without a browser."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="session", params=sorted(SAMPLES))
 def page(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The report of each sample in turn."""
+    """The report of each sample."""
     path: Path = tmp_path_factory.mktemp(request.param) / "report.html"
     path.write_text(render(*SAMPLES[request.param]()), encoding="utf-8")
     return path
@@ -41,7 +41,7 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session", params=sorted(EFFECTS))
 def effect(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The report that names each effect in turn."""
+    """A report for each effect."""
     path: Path = tmp_path_factory.mktemp(request.param) / "report.html"
     path.write_text(render(*effect_sample(request.param)), encoding="utf-8")
     return path

@@ -1,4 +1,4 @@
-"""What is asked of a page that is shown."""
+"""Scripts that inspect a displayed page."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COLLISIONS = """(() => {
   }
   return found;
 })()"""
-"""Texts of figures that leave their frame or cover each other."""
+"""Texts of figures that exceed their frame or overlap."""
 
 OUTSIDE = """(() => {
   const wide = document.documentElement.clientWidth;
@@ -35,12 +35,12 @@ OUTSIDE = """(() => {
     .filter(element => !held(element) && element.getBoundingClientRect().right > wide + 1)
     .map(element => element.tagName + '.' + element.className);
 })()"""
-"""Elements that stick out on the right."""
+"""Elements that exceed the page on the right."""
 
 SCROLLED = """[...document.querySelectorAll('.wide')]
   .filter(frame => frame.scrollWidth > frame.clientWidth + 1)
   .map(frame => frame.textContent.slice(0, 60))"""
-"""Tables that must be scrolled sideways."""
+"""Tables that require horizontal scrolling."""
 
 SMALLEST = """Math.min(...[...document.querySelectorAll('figure>svg text')].map(text =>
   parseFloat(getComputedStyle(text).fontSize) * text.ownerSVGElement.getScreenCTM().a))"""
@@ -51,14 +51,14 @@ COLOURS = """(() => {
   const names = ['paper', 'ink', 'muted', 'soft', 'recorded', 'before', 'after', 'mark'];
   return Object.fromEntries(names.map(name => [name, style.getPropertyValue('--' + name).trim()]));
 })()"""
-"""The palette in force, #rrggbb or #rgb by name."""
+"""The current palette, #rrggbb or #rgb by name."""
 
 DASHES = """Object.fromEntries(['before', 'after', 'recorded'].map(name => {
   const style = getComputedStyle(document.querySelector('#motion figure path.' + name));
   return [name, [style.strokeDasharray, style.strokeWidth]];
 }))"""
-"""How lines differ beside their colour: dashes and width."""
+"""Dashes and widths of lines."""
 
 DEAD_LINKS = """[...document.querySelectorAll('a')].map(link => link.getAttribute('href'))
   .filter(target => !target.startsWith('#') || !document.getElementById(target.slice(1)))"""
-"""Links that lead nowhere in the page."""
+"""Links without a target in the page."""

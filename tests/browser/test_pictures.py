@@ -1,4 +1,4 @@
-"""What a reader sees: screenshots and printed sheets hold ink from top to bottom."""
+"""Screenshots and printed pages have content from top to bottom."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ A4 = (595, 842)
 
 
 def inked(png: bytes, band: int) -> list[float]:
-    """The share of pixels that differ from the paper in each band of a picture's height."""
+    """Return the share of pixels that differ from the background, in each horizontal band of an image."""
     pixels = np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=np.int16)
     dark = np.abs(pixels - pixels[-1, -1]).max(axis=2) > 24
     return [float(dark[top : top + band].mean()) for top in range(0, len(dark) - band + 1, band)]
@@ -35,14 +35,14 @@ def test_no_screen_of_the_page_is_blank(browser: Browser, page: Path, size: str)
     assert min(bands) > 0.004, bands
 
 
-def test_a_blank_page_would_be_noticed(browser: Browser, tmp_path: Path) -> None:
+def test_a_blank_page_is_detected(browser: Browser, tmp_path: Path) -> None:
     blank = tmp_path / "blank.html"
     blank.write_text("<!doctype html><body style='height:2400px'>", encoding="utf-8")
     browser.open(blank, 390)
     assert max(inked(browser.screenshot(), 700)) == 0.0
 
 
-def test_the_place_and_both_motions_are_seen(browser: Browser, table: Path) -> None:
+def test_the_position_and_both_motions_are_visible(browser: Browser, table: Path) -> None:
     browser.open(table, 1280)
     pixels = np.asarray(Image.open(io.BytesIO(browser.screenshot())).convert("RGB"), dtype=np.int16)
     for name, colour in (("mark", 0xB0186F), ("before", 0xC04A00), ("after", 0x0059A8)):
@@ -50,7 +50,7 @@ def test_the_place_and_both_motions_are_seen(browser: Browser, table: Path) -> N
         assert (np.abs(pixels - wanted).max(axis=2) < 12).sum() > 300, name
 
 
-def test_it_prints_on_few_sheets_and_none_is_blank(browser: Browser, page: Path) -> None:
+def test_it_prints_on_few_pages_without_blank_ones(browser: Browser, page: Path) -> None:
     browser.open(page, 1280)
     pdf = browser.pdf()
     sheets = [tuple(map(float, box)) for box in boxes(pdf)]

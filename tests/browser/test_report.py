@@ -1,4 +1,4 @@
-"""The page in a real browser: quiet, in its frame, legible, and no meaning by colour alone."""
+"""The report in a real browser: no requests, no overflow, legible, and no meaning by colour alone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ QUIET = ("Network.requestWillBeSent", "Runtime.consoleAPICalled", "Runtime.excep
 
 
 @pytest.mark.parametrize("width", [PHONE, DESK])
-def test_nothing_sticks_out_overlaps_or_calls_home(browser: Browser, page: Path, width: int) -> None:
+def test_no_overflow_overlap_or_network_request(browser: Browser, page: Path, width: int) -> None:
     browser.open(page, width)
     browser.evaluate(scripts.UNFOLD)
     assert browser.evaluate(scripts.COLLISIONS) == []
@@ -24,7 +24,7 @@ def test_nothing_sticks_out_overlaps_or_calls_home(browser: Browser, page: Path,
     assert requests(browser) == [page.as_uri()]
 
 
-def test_every_effect_fits_a_phone(browser: Browser, effect: Path) -> None:
+def test_every_effect_fits_a_phone_screen(browser: Browser, effect: Path) -> None:
     browser.open(effect, PHONE)
     browser.evaluate(scripts.UNFOLD)
     assert browser.evaluate(scripts.COLLISIONS) == []
@@ -34,12 +34,12 @@ def test_every_effect_fits_a_phone(browser: Browser, effect: Path) -> None:
 
 
 def requests(browser: Browser) -> list[str | None]:
-    """What the page asked for; None for each word on the console."""
+    """Return the requests of the page; None for each console message."""
     noisy = [event for event in browser.events if event.get("method") in QUIET]
     return [event["params"].get("request", {}).get("url") for event in noisy]
 
 
-def test_a_noisy_page_would_be_noticed(browser: Browser, tmp_path: Path) -> None:
+def test_requests_and_console_messages_are_detected(browser: Browser, tmp_path: Path) -> None:
     bad = tmp_path / "bad.html"
     image = '<img src="http://127.0.0.1:9/x.png" class="long" style="display:block;width:2000px">'
     bad.write_text(f"<!doctype html><script>console.log(1)</script>{image}", encoding="utf-8")
@@ -54,7 +54,7 @@ def test_text_in_figures_is_legible_on_a_phone(browser: Browser, page: Path) -> 
     assert browser.evaluate(scripts.SMALLEST) >= 10.0
 
 
-def test_every_link_leads_somewhere(browser: Browser, page: Path) -> None:
+def test_every_link_has_a_target(browser: Browser, page: Path) -> None:
     browser.open(page, DESK)
     assert browser.evaluate("document.querySelectorAll('nav a').length") >= 3
     assert browser.evaluate(scripts.DEAD_LINKS) == []
@@ -72,7 +72,9 @@ def test_every_figure_has_a_name_and_a_description(browser: Browser, page: Path)
 
 
 @pytest.mark.parametrize(("medium", "scheme"), [("", "light"), ("", "dark"), ("print", "light")])
-def test_colours_contrast_with_the_paper(browser: Browser, table: Path, medium: str, scheme: str) -> None:
+def test_colours_contrast_with_the_background(
+    browser: Browser, table: Path, medium: str, scheme: str
+) -> None:
     browser.emulate(medium, scheme)
     browser.open(table, DESK)
     colours = browser.evaluate(scripts.COLOURS)
@@ -84,13 +86,13 @@ def test_colours_contrast_with_the_paper(browser: Browser, table: Path, medium: 
 
 
 def contrast(first: str, second: str) -> float:
-    """Contrast ratio of WCAG 2, 1 to 21."""
+    """Return the contrast ratio of WCAG 2, 1 to 21."""
     low, high = sorted((luminance(first), luminance(second)))
     return (high + 0.05) / (low + 0.05)
 
 
 def luminance(colour: str) -> float:
-    """Relative luminance of #rgb or #rrggbb (WCAG 2)."""
+    """Return the relative luminance of #rgb or #rrggbb (WCAG 2)."""
     digits = colour.lstrip("#")
     wide = digits if len(digits) == 6 else "".join(2 * digit for digit in digits)
     shares = [int(wide[start : start + 2], 16) / 255.0 for start in (0, 2, 4)]
@@ -98,7 +100,7 @@ def luminance(colour: str) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-def test_contrast_is_that_of_the_standard() -> None:
+def test_contrast_follows_wcag() -> None:
     assert contrast("#fff", "#000000") == pytest.approx(21.0)
     assert contrast("#777777", "#fff") == pytest.approx(4.48, abs=0.01)
 

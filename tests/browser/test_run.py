@@ -1,4 +1,4 @@
-"""The page of a run in a real browser: quiet, in its frame, legible, and played by its slider."""
+"""The page of a run in a real browser: no requests, no overflow, legible, and with a working slider."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SLIDE = """(() => {
 
 @pytest.fixture(scope="module", params=sorted(SAMPLES))
 def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page of each sample in turn."""
+    """The page of each sample."""
     return written(tmp_path_factory.mktemp(request.param), request.param)
 
 
@@ -41,7 +41,7 @@ def written(folder: Path, name: str) -> Path:
 
 
 @pytest.mark.parametrize("width", [PHONE, DESK])
-def test_nothing_sticks_out_overlaps_or_calls_home(browser: Browser, run: Path, width: int) -> None:
+def test_no_overflow_overlap_or_network_request(browser: Browser, run: Path, width: int) -> None:
     browser.open(run, width)
     browser.evaluate(scripts.UNFOLD)
     assert browser.evaluate(scripts.COLLISIONS) == []

@@ -1,4 +1,4 @@
-"""Walks the verbs: a new one is held to this on arrival."""
+"""Requirements on every verb, including new ones."""
 
 from pathlib import Path
 
@@ -17,12 +17,14 @@ def name(verb: tuple[str, ...]) -> str:
     return " ".join(verb)
 
 
-def test_the_main_job_is_there() -> None:
+def test_the_main_verbs_exist() -> None:
     assert {"check", "diagnose", "effects", "fit", "import", "info", "predict", "simulate"} <= set(discover())
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=name)
-def test_help_says_what_it_does_and_how(verb: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_has_a_description_and_an_example(
+    verb: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as left:
         main([*verb, "--help"])
     text = capsys.readouterr().out
@@ -39,7 +41,7 @@ def test_an_unknown_option_is_refused(verb: tuple[str, ...], capsys: pytest.Capt
 
 
 @pytest.mark.parametrize("verb", READERS, ids=name)
-def test_a_missing_input_is_named_and_nothing_is_written(
+def test_a_missing_input_is_named_without_output(
     verb: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -51,7 +53,7 @@ def test_a_missing_input_is_named_and_nothing_is_written(
 
 
 @pytest.mark.parametrize("verb", READERS[:1], ids=name)
-def test_the_reason_is_a_sentence_unless_debugging(verb: tuple[str, ...], tmp_path: Path) -> None:
+def test_errors_have_no_traceback_unless_debugging(verb: tuple[str, ...], tmp_path: Path) -> None:
     line = with_missing_files(verb)
     assert "Traceback" not in trundle(tmp_path, *line).stderr
     assert "Traceback" in trundle(tmp_path, *line, TRUNDLE_DEBUG="1").stderr

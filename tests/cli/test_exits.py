@@ -33,18 +33,18 @@ def raising(error: BaseException) -> Callable[[], int]:
         (KeyboardInterrupt(), 130, "trundle: interrupted\n"),
     ],
 )
-def test_each_failure_has_its_status(
+def test_each_error_has_its_exit_status(
     error: BaseException, status: int, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_guarded(raising(error)) == status
     assert words in capsys.readouterr().err
 
 
-def test_a_status_is_passed_on() -> None:
+def test_an_exit_status_is_passed_on() -> None:
     assert run_guarded(lambda: 7) == 7
 
 
-def test_ctrl_c_ends_a_long_verb_at_once() -> None:
+def test_ctrl_c_interrupts_a_verb_immediately() -> None:
     script = (
         "import sys, time; from trundle.cli.exits import run_guarded\n"
         "sys.exit(run_guarded(lambda: print('began', flush=True) or time.sleep(60)))"
@@ -58,7 +58,7 @@ def test_ctrl_c_ends_a_long_verb_at_once() -> None:
     assert complaint == "trundle: interrupted\n"
 
 
-def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
+def test_a_closed_pipe_is_no_error(tmp_path: Path) -> None:
     script = (
         "import sys; from trundle.cli.exits import run_guarded\n"
         "sys.exit(run_guarded(lambda: print('line\\n' * 200_000) or 0))"

@@ -1,4 +1,4 @@
-"""`trundle play`: episodes end, are drawn and kept; what makes no sense is refused and leaves nothing."""
+"""`trundle play`: episodes end, are drawn and saved; invalid input is refused without output."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import trundle
 from trundle.cli import main
 
 
-def test_episodes_are_told_drawn_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_episodes_are_printed_drawn_and_saved(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     gif, folder = tmp_path / "door.gif", tmp_path / "door"
     line = f"play PushDoor --episodes 2 --set horizon=12 --set object=desk --gif {gif} --out {folder}"
     assert main(line.split()) == 0
@@ -21,7 +21,7 @@ def test_episodes_are_told_drawn_and_kept(tmp_path: Path, capsys: pytest.Capture
     assert len(recording.episodes) == 2 and len(recording.metadata["scene"]["obstacle"]) == 2
 
 
-def test_the_same_seed_plays_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_same_seed_plays_the_same_episode(capsys: pytest.CaptureFixture[str]) -> None:
     def played(seed: int) -> str:
         assert main(f"play PushPose --set action=push --set horizon=5 --seed {seed}".split()) == 0
         return capsys.readouterr().out
@@ -29,7 +29,7 @@ def test_the_same_seed_plays_the_same(capsys: pytest.CaptureFixture[str]) -> Non
     assert played(1) == played(1) != played(2)
 
 
-def test_an_agent_that_learns_plays_better_than_chance(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_adaptive_agent_is_better_than_random(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["play", "LockedWheel", "--agent", "adaptive", "--seed", "3"]) == 0
     assert "goal reached" in capsys.readouterr().out
 
@@ -47,7 +47,7 @@ def test_an_agent_that_learns_plays_better_than_chance(capsys: pytest.CaptureFix
         ("play PushPose --gif missing/film.gif", "missing"),
     ],
 )
-def test_what_makes_no_sense_is_refused(
+def test_invalid_arguments_are_refused(
     line: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

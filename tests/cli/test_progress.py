@@ -13,7 +13,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_a_terminal_sees_the_steps_and_is_left_clean() -> None:
+def test_a_terminal_shows_progress_and_is_cleared() -> None:
     terminal = Terminal()
     with Progress("fitting", total=2, stream=terminal) as progress:
         progress.step("start 1")
@@ -27,14 +27,14 @@ def test_a_terminal_sees_the_steps_and_is_left_clean() -> None:
     ]
 
 
-def test_a_file_sees_nothing() -> None:
+def test_a_file_receives_no_progress() -> None:
     file = io.StringIO()
     with Progress("fitting", stream=file) as progress:
         progress.step()
     assert file.getvalue() == ""
 
 
-def test_quiet_shows_nothing_on_a_terminal() -> None:
+def test_quiet_hides_progress() -> None:
     terminal = Terminal()
     with Progress("fitting", quiet=True, stream=terminal) as progress:
         progress.step()
@@ -42,7 +42,7 @@ def test_quiet_shows_nothing_on_a_terminal() -> None:
 
 
 class Clock:
-    """A clock that goes on by ten seconds whenever it is asked."""
+    """A clock that advances by ten seconds at each call."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -52,7 +52,7 @@ class Clock:
         return self.now
 
 
-def test_the_time_left_is_estimated_from_the_share(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_remaining_time_is_estimated_from_the_share(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "time", Clock())
     terminal = Terminal()
     with Progress("diagnosing", stream=terminal) as progress:
@@ -68,7 +68,7 @@ def test_the_time_left_is_estimated_from_the_share(monkeypatch: pytest.MonkeyPat
     ]
 
 
-def test_what_is_shown_never_goes_back() -> None:
+def test_progress_never_decreases() -> None:
     terminal = Terminal()
     with Progress("fitting", stream=terminal) as progress:
         for done in (0.1, 0.4, 0.2, 0.0, 0.5):
@@ -78,5 +78,5 @@ def test_what_is_shown_never_goes_back() -> None:
     assert all(before <= after for before, after in pairwise(shown))
 
 
-def test_a_time_in_words() -> None:
+def test_durations_are_formatted() -> None:
     assert [format_duration(s) for s in (3.2, 61.0, 7500.0)] == ["3 s", "1 min", "2 h 05 min"]

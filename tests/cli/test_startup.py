@@ -31,12 +31,12 @@ def started(module: str, program: str) -> "subprocess.CompletedProcess[str]":
     "module",
     ["trundle.baselines", "trundle._native", "gymnasium", "trundle.cli", "trundle.cli.commands.effects"],
 )
-def test_the_command_says_that_it_was_interrupted(module: str) -> None:
+def test_the_command_reports_an_interrupt(module: str) -> None:
     ran = started(module, "/usr/bin/trundle")
     assert (ran.returncode, ran.stdout, ran.stderr) == (130, "", "trundle: interrupted\n")
 
 
-def test_a_program_that_imports_trundle_gets_the_exception() -> None:
+def test_a_program_that_imports_trundle_gets_keyboard_interrupt() -> None:
     ran = started("trundle.baselines", "/home/somebody/experiment.py")
     assert ran.returncode != 0
     assert ran.stderr.rstrip().endswith("KeyboardInterrupt")

@@ -1,4 +1,4 @@
-"""`trundle train`: a file that makes no sense is refused before anything is trained. Needs no torch."""
+"""`trundle train`: an invalid file is refused before training. Does not require torch."""
 
 import importlib.util
 from dataclasses import replace
@@ -29,19 +29,19 @@ gamma = 1
 
 
 @pytest.mark.parametrize("file", CONFIGS, ids=lambda file: file.stem)
-def test_configurations_are_fair(file: Path) -> None:
+def test_training_budgets_and_seed_ranges(file: Path) -> None:
     settings = read(file)
     least = {"PPO": 2_000_000, "SAC": 300_000}[settings.algorithm]
     assert settings.n_timesteps >= least and len(settings.seeds) >= 3
-    # Comparisons have the seeds below 200000, trainings begin with those from a million on.
+    # Comparisons use seeds below 200000, trainings those from a million on.
     assert 200_000 <= settings.evaluation.first < 1_000_000 - settings.evaluation.episodes
 
 
-def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
+def test_compared_policies_have_the_same_task() -> None:
     around = [read(file) for file in CONFIGS if "pose" not in file.stem and "velocity" not in file.stem]
     assert len(around) >= 3
     assert len({(one.env, str(one.env_kwargs), one.frame) for one in around}) == 1
-    # What losing the object costs while they learn is the only aid that is each algorithm's own.
+    # Only the shaping cost of losing the object differs between algorithms.
     assert len({replace(one.aids, loss_cost=0.0) for one in around}) == 1
 
 
@@ -74,7 +74,7 @@ def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
         ("trundle-train/1", "trundle-train/9", 'must begin with format = "trundle-train/1"'),
     ],
 )
-def test_what_makes_no_sense_is_named(
+def test_invalid_settings_are_named(
     old: str, new: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "bad.toml"
@@ -85,7 +85,7 @@ def test_what_makes_no_sense_is_named(
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_without_the_extra_it_says_what_to_install(
+def test_a_missing_extra_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "good.toml"
@@ -96,17 +96,15 @@ def test_without_the_extra_it_says_what_to_install(
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_a_seed_that_was_not_fixed_before_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_seed_outside_the_settings_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "good.toml"
     file.write_text(GOOD)
     assert main(["train", str(file), "--out", str(tmp_path / "out"), "--seed", "3"]) == 2
     assert "--seed 3: the seeds in CONFIG are 1, 2" in capsys.readouterr().err
 
 
-def test_nothing_changes_for_a_policy_when_the_world_is_turned() -> None:
-    """Seen from the object, a world that is turned and moved as a whole differs in its own pose alone."""
+def test_observations_are_invariant_to_the_frame_of_the_world() -> None:
+    """In the frame of the object, a rotated and translated world differs in its pose only."""
     env = gym.make("trundle/PushAround-v0", object="random")
     seen = np.array([env.reset(seed=seed)[0] for seed in range(6)])
     turn, shift = 0.7, np.array([0.3, -0.2])
@@ -119,7 +117,7 @@ def test_nothing_changes_for_a_policy_when_the_world_is_turned() -> None:
     one, other = (to_object_frame(rows, "trundle/PushAround-v0") for rows in (seen, moved))
     assert np.allclose(one[:, 4:], other[:, 4:])
     assert not np.allclose(one[:, 0:2], other[:, 0:2])
-    # The goal where it is looked for: ahead by as much as it is away along the heading; and closely.
+    # The goal in the frame of the object, and its saturated entries.
     way = seen[:, 7:9] - seen[:, 0:2]
     ahead = np.sum(way * seen[:, 2:4], axis=1)
     assert np.allclose(one[:, 7], ahead)
@@ -127,7 +125,7 @@ def test_nothing_changes_for_a_policy_when_the_world_is_turned() -> None:
 
 
 def invented(**changed: Any) -> Policy:
-    """Return a policy with a stack of two observations of the pose task that nobody has trained."""
+    """Return an untrained policy of the pose task with two stacked observations."""
     random = np.random.default_rng(0)
     about: dict[str, Any] = {
         "config": "invented", "digest": "0", "algorithm": "PPO", "seed": 1, "steps": 0,
@@ -141,7 +139,7 @@ def invented(**changed: Any) -> Policy:
     return Policy(About(**{**about, **changed}), np.zeros(32), np.ones(32), layers)
 
 
-def test_a_policy_survives_its_file(tmp_path: Path) -> None:
+def test_a_policy_is_restored_from_its_file(tmp_path: Path) -> None:
     seen = np.random.default_rng(1).normal(size=(4, 16))
     invented().save(tmp_path / "one.npz")
     read_again = policy.load(tmp_path / "one.npz")
@@ -152,7 +150,7 @@ def test_a_policy_survives_its_file(tmp_path: Path) -> None:
     assert sorted(file.name for file in tmp_path.iterdir()) == ["one.npz", "two.npz"]
 
 
-def test_a_policy_remembers_until_an_episode_begins() -> None:
+def test_a_policy_keeps_observations_until_the_next_episode() -> None:
     player, random = invented(), np.random.default_rng(2)
     first, second = random.normal(size=(2, 3, 16))
     anew, state = player.predict(first)
@@ -162,12 +160,12 @@ def test_a_policy_remembers_until_an_episode_begins() -> None:
     some, _ = player.predict(second, state, episode_start=np.array([True, False, True]))
     assert not np.allclose(with_past, alone)
     assert np.array_equal(some[[0, 2]], alone[[0, 2]]) and np.array_equal(some[1], with_past[1])
-    # One environment is the row of several.
+    # A single environment gives the same as a row of a batch.
     one, state = player.predict(second[1])
     assert one.shape == (3,) and np.allclose(one, alone[1])
 
 
-def test_actions_are_within_bounds_either_way() -> None:
+def test_actions_are_within_bounds() -> None:
     seen = 100 * np.random.default_rng(3).normal(size=(50, 16))
     cut, squashed = (invented(squashed=way).predict(seen)[0] for way in (False, True))
     assert np.abs(cut).max() == 1 and np.allclose(squashed[np.abs(cut) < 1], np.tanh(cut[np.abs(cut) < 1]))
@@ -178,7 +176,7 @@ def test_observations_of_other_environments_are_refused() -> None:
         invented().predict(np.zeros(22))
 
 
-def test_a_file_that_is_no_policy_is_named(tmp_path: Path) -> None:
+def test_a_file_without_a_policy_is_named(tmp_path: Path) -> None:
     file = tmp_path / "policy.npz"
     for content in (b"", b"no policy", b"PK\x03\x04 damaged"):
         file.write_bytes(content)
@@ -189,7 +187,7 @@ def test_a_file_that_is_no_policy_is_named(tmp_path: Path) -> None:
         policy.load(file)
 
 
-def test_a_policy_is_watched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_play_runs_a_policy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = str(tmp_path / "policy.npz")
     invented().save(Path(file))
     assert main(["play", "PushPose", "--agent", file, "--episodes", "2"]) == 0

@@ -1,4 +1,4 @@
-"""What the tests that walk the command line know about it: nothing but what its parser says."""
+"""Inspection of the parsers of the command line."""
 
 import argparse
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from trundle.cli.commands import discover
 
 
 def leaves(parser: argparse.ArgumentParser | None = None) -> Iterator[tuple[str, ...]]:
-    """Yield each verb, and each verb with its sub-verb where it has them."""
+    """Yield each verb, or each of its sub-verbs."""
     parser = build_parser(discover()) if parser is None else parser
     choices = subparsers(parser)
     for name, child in choices.items():
@@ -36,12 +36,12 @@ def subparsers(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentPa
 
 
 def reads_a_file(path: tuple[str, ...]) -> bool:
-    """Tell whether the verb cannot do without a path."""
+    """Return whether the verb requires a path."""
     return any(action.type is Path for action in required(find(path)) if action.dest != "out")
 
 
 def with_missing_files(path: tuple[str, ...]) -> list[str]:
-    """Return the shortest command line of a verb, its inputs files that do not exist."""
+    """Return the shortest command line of a verb, with missing input files."""
     line = list(path)
     for action in required(find(path)):
         value = "written" if action.dest == "out" else f"missing/{action.dest}"
@@ -50,10 +50,10 @@ def with_missing_files(path: tuple[str, ...]) -> list[str]:
 
 
 def required(parser: argparse.ArgumentParser) -> list[argparse.Action]:
-    """Return what has to be given."""
+    """Return the required arguments."""
     return [action for action in parser._actions if action.required]
 
 
 def default_of(action: argparse.Action) -> object:
-    """Return something that the argument accepts."""
+    """Return a valid value of an argument."""
     return next(iter(action.choices)) if action.choices else 1

@@ -1,4 +1,4 @@
-"""Episodes of the adaptive agent on LockedWheel: keeping its belief, adapting, or knowing the truth."""
+"""Episodes on LockedWheel with a fixed model, the adaptive agent, or the true model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import trundle
 
 
 class Episode(NamedTuple):
-    """The outcome of an episode: its length in s and its return."""
+    """Duration (s) and return of an episode."""
 
     success: bool
     seconds: float
@@ -19,7 +19,7 @@ class Episode(NamedTuple):
 
 
 def truth(env: gymnasium.Env[Any, Any]) -> trundle.Model:
-    """Return the model that the environment hides."""
+    """Return the hidden model of the environment."""
     source: Any = env.unwrapped
     return trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
 

@@ -1,4 +1,4 @@
-"""`trundle.AdaptiveAgent`: it reaches goals, learning pays, and it keeps to the protocol."""
+"""`trundle.AdaptiveAgent`: goals, benefit of adaptation, and protocol."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def learnt() -> list[Episode]:
 
 @pytest.fixture(scope="module")
 def pushed() -> tuple[Observations, trundle.Model, trundle.agent.Belief]:
-    """What an agent sees in the first second of an episode; the truth; what it then believes."""
+    """Return the observations of the first second, the true model, and the estimated model."""
     env = gymnasium.make("trundle/LockedWheel-v0")
     agent = trundle.AdaptiveAgent(env)
     observation, _ = env.reset(seed=1, options={"start": (-1, 0, 0), "goal": (1, 0.5, 0.8)})
@@ -45,11 +45,11 @@ def pushed() -> tuple[Observations, trundle.Model, trundle.agent.Belief]:
     return seen, truth(env), agent.beliefs[0]
 
 
-def test_it_reaches_the_goal_whatever_wheel_is_locked(learnt: list[Episode]) -> None:
+def test_the_agent_reaches_the_goal_with_any_locked_wheel(learnt: list[Episode]) -> None:
     assert [episode.success for episode in learnt] == [True] * len(SEEDS)
 
 
-def test_learning_pays(learnt: list[Episode]) -> None:
+def test_adaptation_improves_the_return(learnt: list[Episode]) -> None:
     stubborn = [play(seed, adapt=False) for seed in SEEDS]
     gains = np.array([a.reward - b.reward for a, b in zip(learnt, stubborn, strict=True)])
     # Over 20 seeds the mean gain is 1.5, its standard deviation 0.9.
@@ -57,19 +57,19 @@ def test_learning_pays(learnt: list[Episode]) -> None:
     assert np.mean([e.seconds for e in learnt]) < 0.6 * np.mean([e.seconds for e in stubborn])
 
 
-def test_after_a_second_it_knows_how_the_table_moves(
+def test_after_a_second_the_model_predicts_the_motion(
     pushed: tuple[Observations, trundle.Model, trundle.agent.Belief],
 ) -> None:
     _, hidden, belief = pushed
     assert belief.updates[-1].time == 1.0
     t = np.linspace(0.0, 1.0, 101)
-    # A push that it has not made: from here, a turn to the right.
+    # A push that the agent has not made: a rotation to the right.
     wrench = np.tile([40.0, -30.0, -10.0], (101, 1))
     believed, true = (m.rollout([0.0] * 3, [0.0] * 3, t, wrench)[0][-1] for m in (belief.model, hidden))
     assert np.linalg.norm(believed - true) < 0.1 * np.linalg.norm(true)
 
 
-def test_it_learns_before_each_action_while_it_matters_which_model_is_true(
+def test_it_updates_before_each_action_while_models_differ(
     pushed: tuple[Observations, trundle.Model, trundle.agent.Belief],
 ) -> None:
     unsure = True
@@ -90,7 +90,7 @@ def test_the_same_seed_and_observations_give_the_same_actions(
     assert actions(5) != actions(6)
 
 
-def test_rows_of_a_batch_are_agents_of_their_own(
+def test_rows_of_a_batch_are_independent_agents(
     env: gymnasium.Env[Any, Any], pushed: tuple[Observations, trundle.Model, trundle.agent.Belief]
 ) -> None:
     seen = pushed[0]
@@ -109,7 +109,7 @@ def test_rows_of_a_batch_are_agents_of_their_own(
 
 
 @pytest.mark.parametrize("told", [True, False])
-def test_a_new_episode_starts_over(
+def test_a_new_episode_resets_the_agent(
     told: bool,
     env: gymnasium.Env[Any, Any],
     pushed: tuple[Observations, trundle.Model, trundle.agent.Belief],
@@ -128,7 +128,7 @@ def test_a_new_episode_starts_over(
     assert again == first
 
 
-def test_what_it_cannot_use_is_refused(env: gymnasium.Env[Any, Any]) -> None:
+def test_unusable_environments_are_refused(env: gymnasium.Env[Any, Any]) -> None:
     with pytest.raises(trundle.TrundleError, match="has no object to push"):
         trundle.AdaptiveAgent(gymnasium.make("CartPole-v1"))
     with pytest.raises(trundle.TrundleError, match="observations are Dict"):
@@ -146,7 +146,7 @@ def test_what_it_cannot_use_is_refused(env: gymnasium.Env[Any, Any]) -> None:
 
 
 @pytest.mark.parametrize("substeps", [25, 50])
-def test_the_time_between_actions_is_the_environment_s_own(substeps: int) -> None:
+def test_the_control_period_is_that_of_the_environment(substeps: int) -> None:
     env = gymnasium.make("trundle/LockedWheel-v0", substeps=substeps)
     agent = trundle.AdaptiveAgent(env)
     observation, _ = env.reset(seed=0)
@@ -159,7 +159,7 @@ def test_the_time_between_actions_is_the_environment_s_own(substeps: int) -> Non
     assert mass == pytest.approx(22.0, abs=0.5) and belief.fits > 0
 
 
-def test_the_outline_is_seen_only_if_it_is_to_be() -> None:
+def test_the_outline_is_visible_only_on_request() -> None:
     env = gymnasium.make("trundle/PushAround-v0", object="random", hidden="locked")
     observation, _ = env.reset(seed=3001)
     source: Any = env.unwrapped
@@ -186,7 +186,7 @@ def test_the_example_runs() -> None:
 
 
 @pytest.mark.parametrize("task", ["PushAround", pytest.param("PushDoor", marks=pytest.mark.slow)])
-def test_it_learns_on_the_way_around_obstacles_and_through_doors(task: str) -> None:
+def test_it_adapts_around_obstacles_and_in_doorways(task: str) -> None:
     env = gymnasium.make(f"trundle/{task}-v0", hidden="locked")
     agent = trundle.AdaptiveAgent(env)
     for seed in (0, 5):
@@ -201,7 +201,7 @@ def test_it_learns_on_the_way_around_obstacles_and_through_doors(task: str) -> N
         assert info["is_success"] and not touched, (task, seed, info)
 
 
-def test_what_is_seen_of_obstacles_is_where_they_are() -> None:
+def test_observed_obstacles_are_at_their_true_positions() -> None:
     for task in ("PushAround", "PushDoor"):
         env = gymnasium.make(f"trundle/{task}-v0")
         observation, _ = env.reset(seed=3)
@@ -211,6 +211,6 @@ def test_what_is_seen_of_obstacles_is_where_they_are() -> None:
         assert len(seen) == len(true)
         for polygon, wall in zip(seen, true, strict=True):
             near = np.array(wall["polygon"])[:, None] - np.array(polygon)
-            # The ends beyond the arena may be elsewhere.
+            # Ends outside the arena may differ.
             corners = np.abs(wall["polygon"]).max(axis=1) < 2.5
             assert np.hypot(*np.moveaxis(near, -1, 0)).min(axis=1)[corners].max() < 1e-9

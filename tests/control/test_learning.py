@@ -1,4 +1,4 @@
-"""How `trundle.AdaptiveAgent` learns: by laws, by regression, with the diagnoser, and by pushes that tell."""
+"""Learning of `trundle.AdaptiveAgent`: physical laws, regressions, diagnosis, and dual control."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.tom
 
 
 def played(steps: int, env_id: str = AROUND, seed: int = 3000, **told: Any) -> tuple[Belief, dict[str, Any]]:
-    """Return what an agent believes after so many steps at the most, and how the last one went."""
+    """Return the belief of an agent after at most `steps` steps, and the last info."""
     options = told.pop("options", {"hidden": "locked"})
     env = gymnasium.make(env_id, **options)
     observation, info = env.reset(seed=seed)
@@ -39,7 +39,7 @@ def played(steps: int, env_id: str = AROUND, seed: int = 3000, **told: Any) -> t
     return agent.beliefs[0], info
 
 
-def test_the_diagnoser_names_what_the_model_lacks_and_the_belief_grows_by_it() -> None:
+def test_a_diagnosed_effect_joins_the_model() -> None:
     belief, info = played(200, diagnose=True, options={"hidden": "locked", "effects": [FRICTION]})
     assert info["is_success"]
     named = [update for update in belief.updates if update.named]
@@ -50,17 +50,17 @@ def test_the_diagnoser_names_what_the_model_lacks_and_the_belief_grows_by_it() -
     assert found["body.mass"] == pytest.approx(22.0, rel=0.05)
 
 
-def test_where_nothing_is_missing_the_diagnoser_is_not_asked() -> None:
+def test_a_sufficient_model_starts_no_diagnosis() -> None:
     belief, info = played(200, diagnose=True)
     assert info["is_success"]
     assert belief.consulted == 0.0
     assert not any(update.named for update in belief.updates)
 
 
-def test_what_the_diagnoser_cannot_vouch_for_is_supposed_where_it_predicts_better(
+def test_an_unnamed_effect_is_used_if_it_predicts_better(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    # Friction under a made-up object, which the diagnoser is made to offer without vouching for it.
+    # A fake diagnosis returns friction as a candidate without naming it.
     def unsure(*args: Any, **options: Any) -> SimpleNamespace:
         outcome = diagnose(*args, **options)
         answer: dict[str, Any] = {**outcome.answer}
@@ -85,13 +85,13 @@ def test_what_the_diagnoser_cannot_vouch_for_is_supposed_where_it_predicts_bette
     assert not any(update.named for update in belief.updates)
     (update,) = (update for update in belief.updates if update.supposed)
     assert "coulomb_friction" in update.supposed
-    # It is fitted further: the values move.
+    # The fit continues, so that the values change.
     assert belief.updates[-1].time > update.time
     kinds = [{one["name"] for one in each.model.parameters} for each in (update, belief.updates[-1])]
     assert kinds[0] == kinds[1] and belief.updates[-1].model.to_toml() != update.model.to_toml()
 
 
-def test_nothing_is_supposed_that_predicts_no_better() -> None:
+def test_an_unnamed_effect_is_not_used_if_it_predicts_no_better() -> None:
     belief, _ = played(60)
     recording = belief.recording(0.05, 0.02)
     physics = Physics(None, diagnose=True, starts=1, seed=0)
@@ -107,7 +107,7 @@ def test_nothing_is_supposed_that_predicts_no_better() -> None:
         ({"kind": "support_friction", "force": 40.0, "spread": 1.0}, "coulomb_friction"),
     ],
 )
-def test_an_effect_is_supposed_by_the_law_that_explains_it(law: dict[str, Any], effect: str) -> None:
+def test_the_best_law_is_used_for_an_unnamed_effect(law: dict[str, Any], effect: str) -> None:
     belief, _ = played(64, options={"hidden": "locked", "effects": [law]})
     recording = belief.recording(0.05, 0.02)
     physics = Physics(None, diagnose=True, starts=2, seed=0)
@@ -119,20 +119,20 @@ def test_an_effect_is_supposed_by_the_law_that_explains_it(law: dict[str, Any], 
 
 
 @pytest.mark.parametrize("learner", ["shooting", "linear"])
-def test_other_learners_get_there_too(learner: str) -> None:
+def test_other_learners_reach_the_goal(learner: str) -> None:
     belief, info = played(300, "trundle/LockedWheel-v0", learner=learner, seed=1)
     assert info["is_success"]
     assert belief.fits > 0
     assert (belief.learnt is not None) == (learner == "linear")
 
 
-def test_a_locally_weighted_regression_is_planned_on() -> None:
+def test_planning_uses_a_locally_weighted_regression() -> None:
     belief, _ = played(24, "trundle/LockedWheel-v0", learner="local", samples=32, iterations=2)
     assert belief.learnt is not None
     assert belief.learnt.widths is not None
 
 
-def test_it_plans_on_several_models_only_while_it_matters_which_is_true() -> None:
+def test_it_plans_on_several_models_only_while_they_differ() -> None:
     belief, _ = played(60)
     worths = [update.worth for update in belief.updates]
     assert worths[0] > 0.02 > worths[-1]
@@ -141,7 +141,7 @@ def test_it_plans_on_several_models_only_while_it_matters_which_is_true() -> Non
     assert len(early.models) == 5
 
 
-def test_a_probing_agent_begins_with_suspicions_and_ends_as_sure() -> None:
+def test_a_probing_agent_starts_with_five_models_and_converges() -> None:
     belief, _ = played(1, probe=True)
     assert len(belief.models) == 5
     belief, info = played(300, probe=True)
@@ -149,13 +149,13 @@ def test_a_probing_agent_begins_with_suspicions_and_ends_as_sure() -> None:
     assert len(belief.models) == 1
 
 
-def test_learning_can_end_after_some_pushes() -> None:
+def test_learning_stops_after_a_number_of_pushes() -> None:
     belief, info = played(300, pushes=2)
     assert info["is_success"]
     assert belief.updates[-1].time == 1.0
 
 
-def test_it_takes_hold_elsewhere_where_the_grasp_cannot_do_it() -> None:
+def test_it_regrasps_if_the_grasp_is_insufficient() -> None:
     bed = {"hidden": "locked", "object": "bed"}
     kept, _ = played(300, "trundle/PushPose-v0", seed=3, options=bed)
     belief, info = played(300, "trundle/PushPose-v0", seed=3, options={**bed, "action": "regrasp"})
@@ -166,8 +166,8 @@ def test_it_takes_hold_elsewhere_where_the_grasp_cannot_do_it() -> None:
     assert len(belief.seen) < 0.6 * len(kept.seen)
 
 
-def test_a_gripper_that_lets_go_pushes_no_longer() -> None:
-    # On an object that rolls freely every impulse is a change of velocity.
+def test_an_open_gripper_does_not_push() -> None:
+    # For an object that rolls freely, every impulse changes the velocity.
     env = gymnasium.make("trundle/PushPose-v0", hidden="none", action="regrasp", noise=0.0)
     observation, _ = env.reset(seed=1)
     source: Any = env.unwrapped
@@ -194,20 +194,20 @@ def test_a_gripper_that_lets_go_pushes_no_longer() -> None:
     assert gained(summed) == pytest.approx(speeds, abs=2e-3)
 
 
-def test_along_a_path_the_goal_moves_and_it_goes_on_learning() -> None:
+def test_it_keeps_learning_along_a_path() -> None:
     belief, _ = played(60, "trundle/PushPath-v0")
     assert belief.updates[-1].time == 2.5
     assert belief.model.to_toml() != belief.updates[0].model.to_toml()
 
 
-def test_of_several_objects_the_observation_tells_the_size() -> None:
+def test_the_observation_contains_the_size_of_random_objects() -> None:
     belief, info = played(300, options={"hidden": "locked", "object": ["chair", "bookcase"]}, seed=5)
     assert info["is_success"]
     corner = np.max(belief.metadata["object"]["footprint"], axis=0)
     assert corner == pytest.approx(belief.now[16:18])
 
 
-def test_an_oracle_follows_a_caster() -> None:
+def test_the_oracle_tracks_the_angle_of_a_caster() -> None:
     caster = {"kind": "caster_swivel", "x": 0.5, "y": -0.3, "trail": 0.05, "mu_side": 150.0}
     env = gymnasium.make(AROUND, hidden="none", effects=[caster])
     observation, _ = env.reset(seed=2)
@@ -219,7 +219,7 @@ def test_an_oracle_follows_a_caster() -> None:
         observation = env.step(action)[0]
     (angle,) = belief.inner(0.05)
     assert Laws(model).starts != [angle]
-    # The wheel trails behind the way its pivot goes, seen from the object.
+    # The wheel trails behind the motion of its pivot, in the object frame.
     before, now = belief.seen[-6], belief.seen[-1]
     turn = np.arctan2(now[3], now[2])
     pivot = [row[0:2] + turned(np.array([0.5, -0.3]), np.arctan2(row[3], row[2])) for row in (before, now)]
@@ -234,7 +234,7 @@ def turned(point: Any, angle: float) -> Any:
     return np.array([cos * point[0] - sin * point[1], sin * point[0] + cos * point[1]])
 
 
-def test_a_wrench_is_carried_to_the_origin() -> None:
+def test_a_wrench_is_transported_to_the_origin() -> None:
     # 10 N along y, half a metre in front of the origin.
     assert about_origin(np.array([0.0, 10.0, 1.0]), np.array([0.5, 0.2])).tolist() == [0.0, 10.0, 6.0]
     assert about_origin(np.array([10.0, 0.0, 0.0]), np.array([0.5, 0.2])).tolist() == [10.0, 0.0, -2.0]
@@ -250,7 +250,7 @@ def test_a_wrench_is_carried_to_the_origin() -> None:
         ({"pushes": 0}, "pushes = 0"),
     ],
 )
-def test_what_makes_no_sense_is_refused(told: dict[str, Any], reason: str) -> None:
+def test_invalid_arguments_are_refused(told: dict[str, Any], reason: str) -> None:
     env = gymnasium.make("trundle/LockedWheel-v0")
     with pytest.raises(trundle.TrundleError, match=reason):
         trundle.AdaptiveAgent(env, **told)

@@ -1,4 +1,4 @@
-"""The agent on a plant whose physics is not ours: `examples/mujoco_plant.py`."""
+"""The adaptive agent on a plant of another engine: `examples/mujoco_plant.py`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def the_example() -> ModuleType:
 example = the_example()
 
 
-def test_the_agent_reaches_goals_and_finds_the_wheel_that_mujoco_hides() -> None:
+def test_the_agent_reaches_goals_and_locates_the_stiff_roller() -> None:
     env = example.RollerTable()
     agent = trundle.AdaptiveAgent(env)
     reached, near = 0, 0
@@ -46,7 +46,7 @@ def test_the_agent_reaches_goals_and_finds_the_wheel_that_mujoco_hides() -> None
     assert near >= 4
 
 
-def test_it_has_the_spaces_of_a_pushing_task_and_keeps_gymnasiums_rules() -> None:
+def test_the_environment_has_the_spaces_of_push_pose_and_passes_check_env() -> None:
     env, ours = example.RollerTable(), gymnasium.make("trundle/PushPose-v0")
     assert env.action_space == ours.action_space
     assert env.observation_space == ours.observation_space
@@ -56,7 +56,7 @@ def test_it_has_the_spaces_of_a_pushing_task_and_keeps_gymnasiums_rules() -> Non
     assert np.array_equal(env.ACTION_SCALE, source.ACTION_SCALE)
 
 
-def test_a_stiff_bearing_in_mujoco_is_a_drag_at_a_point() -> None:
+def test_a_stiff_bearing_acts_as_viscous_drag_at_a_point() -> None:
     env = example.RollerTable()
     env.reset(seed=SEEDS[0])
     drags = [env.drag if k == env.stuck else example.FREE for k in range(4)]
@@ -74,5 +74,5 @@ def test_a_stiff_bearing_in_mujoco_is_a_drag_at_a_point() -> None:
     held = np.minimum(1.0, t / example.RISE)[:, None] * [30.0, 15.0, 5.0 - 0.6 * 15.0]
     predicted = model.rollout(pose, twist, t, held)[0][-1]
     moved = env.motion()[0] - pose
-    # Balls have inertia of their own, and creep where they push: some per cent.
+    # The inertia of the balls and their slip cause a few per cent.
     assert np.linalg.norm(predicted - env.motion()[0]) < 0.05 * np.linalg.norm(moved)

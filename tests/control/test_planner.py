@@ -1,4 +1,4 @@
-"""`trundle.Planner`: plans that reach the goal, the same each time, and refusals."""
+"""`trundle.Planner`: plans reach the goal, are reproducible, and invalid input is refused."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ MODEL = trundle.Model.from_toml(TABLE.format(mu_y=90.0))
 AT_REST: dict[str, Any] = {"pose": [0.0] * 3, "twist": [0.0] * 3, "goal": [0.3, 0.2, 0.3], "grasp": GRASP}
 
 
-def test_a_plan_carried_out_to_its_end_arrives_at_rest() -> None:
+def test_an_executed_plan_ends_at_rest_at_the_goal() -> None:
     planner = trundle.Planner(LOWER, UPPER, seed=0)
     for _ in range(5):
         plan = planner.plan(MODEL, **AT_REST)
     assert plan.shape == (20, 3)
     assert np.all(np.abs(plan) <= UPPER)
-    # About the object's origin, and held: rollout() interpolates between samples.
+    # About the origin of the object, and constant; rollout() interpolates between samples.
     wrench = plan + np.cross([*GRASP, 0.0], plan * [1, 1, 0])
     t = np.sort(np.concatenate([planner.hold * np.arange(20), planner.hold * np.arange(1, 21) - 1e-6]))
     poses, twists = MODEL.rollout([0.0] * 3, [0.0] * 3, t, np.repeat(wrench, 2, axis=0))
@@ -49,7 +49,7 @@ def test_a_plan_carried_out_to_its_end_arrives_at_rest() -> None:
     assert np.hypot(*twists[-1, :2]) < 0.1
 
 
-def test_the_same_seed_plans_the_same_and_another_does_not() -> None:
+def test_plans_depend_on_the_seed_only() -> None:
     def plan(seed: int) -> list[list[float]]:
         answer: list[list[float]] = trundle.Planner(LOWER, UPPER, seed=seed).plan(MODEL, **AT_REST).tolist()
         return answer
@@ -78,7 +78,7 @@ def test_plans_do_not_depend_on_the_number_of_threads() -> None:
     assert runs[0] == runs[1]
 
 
-def test_advance_shifts_the_plan_and_restart_forgets_it() -> None:
+def test_advance_shifts_the_plan_and_restart_clears_it() -> None:
     planner = trundle.Planner(LOWER, UPPER, seed=0)
     first = planner.plan(MODEL, **AT_REST)
     planner.advance(planner.hold)
@@ -104,13 +104,13 @@ def test_advance_shifts_the_plan_and_restart_forgets_it() -> None:
         ({"cost": object()}, r"planner.cost: a value of type object"),
     ],
 )
-def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any], message: str) -> None:
+def test_invalid_settings_are_refused(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(trundle.TrundleError, match=message):
         trundle.Planner(**{"lower": LOWER, "upper": UPPER, **settings})
 
 
 @pytest.mark.parametrize("key", ["pose", "twist", "goal", "grasp"])
-def test_numbers_that_are_none_are_refused(key: str) -> None:
+def test_non_finite_numbers_are_refused(key: str) -> None:
     planner = trundle.Planner(LOWER, UPPER)
     broken = [np.nan, *AT_REST[key][1:]]
     with pytest.raises(trundle.TrundleError, match=rf"{key} = \[NaN.*must be finite"):
@@ -131,7 +131,7 @@ def test_a_negative_time_is_refused() -> None:
 BOX = [[[1.0, -0.3], [1.2, -0.3], [1.2, 0.2], [1.0, 0.2]]]
 
 
-def test_a_planner_that_starts_again_knows_nothing_of_the_room_before() -> None:
+def test_a_restarted_planner_has_no_obstacle_map() -> None:
     used, new = (trundle.Planner(LOWER, UPPER, seed=0, samples=32) for _ in range(2))
     near, far = ({**AT_REST, "goal": [2.2, 0.0, 0.0], "pose": [x, 0.0, 0.0]} for x in (0.0, -2.5))
     used.plan(MODEL, **near, obstacles=BOX)
@@ -140,13 +140,13 @@ def test_a_planner_that_starts_again_knows_nothing_of_the_room_before() -> None:
 
 
 @pytest.mark.parametrize("away", [50.0, 1e12, 1e300])
-def test_no_way_around_obstacles_is_looked_for_to_a_goal_that_is_far_away(away: float) -> None:
+def test_a_distant_goal_has_no_obstacle_map(away: float) -> None:
     planner = trundle.Planner(LOWER, UPPER, seed=0, samples=4)
     with pytest.raises(trundle.TrundleError, match="too far away for a path around obstacles"):
         planner.plan(MODEL, **{**AT_REST, "goal": [away, 0.0, 0.0]}, obstacles=BOX)
 
 
 @pytest.mark.parametrize("wrong", [{"horizon": 10**18}, {"samples": 2**60}, {"hold": 1e9}])
-def test_what_would_not_fit_into_memory_or_time_is_refused(wrong: dict[str, Any]) -> None:
+def test_excessive_settings_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(trundle.TrundleError, match=next(iter(wrong))):
         trundle.Planner(LOWER, UPPER, **wrong)

@@ -1,4 +1,4 @@
-"""`trundle.AdaptiveAgent` keeps hold of an object whose motion no model has foreseen."""
+"""Braking of `trundle.AdaptiveAgent` for objects with unexpected motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.tom
 
 
 def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (-0.6, 0.0)) -> np.ndarray:
-    """Return an observation of which only motion, heading and grasp are told."""
+    """Return an observation with given motion, heading and grasp."""
     seen = np.zeros(18)
     seen[2:4], seen[4:7], seen[14:16] = (np.cos(heading), np.sin(heading)), twist, grasp
     return seen
@@ -34,17 +34,17 @@ def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (
         ([1.9, 0.0, 0.0], [1.2, 0.0, 0.0], False),
     ],
 )
-def test_an_object_runs_away_if_two_more_such_steps_would_lose_it(
+def test_braking_starts_if_two_more_steps_exceed_the_limits(
     before: list[float], now: list[float], expected: bool
 ) -> None:
     assert runs_away([row(before), row(now)]) is expected
 
 
-def test_at_the_beginning_of_an_episode_nothing_is_known_to_speed_up() -> None:
+def test_no_braking_at_the_start_of_an_episode() -> None:
     assert not runs_away([row([1.9, 0.0, 3.9])])
 
 
-def test_braking_takes_energy_out_of_any_object() -> None:
+def test_braking_removes_energy() -> None:
     random = np.random.default_rng(0)
     for _ in range(200):
         twist, heading, grasp = random.normal(size=3), random.uniform(-3, 3), random.normal(size=2)
@@ -53,13 +53,13 @@ def test_braking_takes_energy_out_of_any_object() -> None:
         arm = np.array([cos * grasp[0] - sin * grasp[1], sin * grasp[0] + cos * grasp[1]])
         force = np.array([cos * push[0] - sin * push[1], sin * push[0] + cos * push[1]])
         speed = twist[:2] + twist[2] * np.array([-arm[1], arm[0]])
-        # The axes are weighted as the limits are, so power is negative on each.
+        # The axes are weighted like the limits, so the power is negative on each.
         assert force @ speed < 0 and push[2] * twist[2] < 0
     assert braking(row([0.0, 0.0, LOST[2]], grasp=(0.0, 0.0)))[2] == -1.0
 
 
 def lost_within(seconds: float) -> bool:
-    """Tell whether an adaptive agent loses a light object with a load at one corner."""
+    """Return whether an adaptive agent loses a light object with a load at one corner."""
     settings = read(COMPARE)
     env, observation = make_world(settings.worlds["load"], 3115, {})
     agent = make_player(settings.agents["adaptive"], 0, env)
@@ -71,7 +71,7 @@ def lost_within(seconds: float) -> bool:
     return False
 
 
-def test_what_would_be_lost_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_braking_prevents_the_loss_of_an_object(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not lost_within(2.0)
     monkeypatch.setattr(trundle.agent, "runs_away", lambda seen: False)
     assert lost_within(2.0)

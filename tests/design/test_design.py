@@ -1,4 +1,4 @@
-"""Two models that a recording cannot tell apart: the design of a push, the push, and the naming after it."""
+"""Design of a push for two indistinguishable models, the push, and the diagnosis after it."""
 
 import json
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ BODY = {"footprint": CORNERS, "mass": 22.0}
 
 
 def push(force: float, *shares: tuple[float, float]) -> dict[str, object]:
-    """Return a push by the middle of the short side along the table's x; always from the same pose."""
+    """Return a push at the middle of the short side along the table's x, from a fixed pose."""
     knots = [[0.0, 0.0, 0.0, 0.0], *([t, force * share, 0.0, 0.0] for t, share in shares)]
     return {"grasp": [0.57, 0.0, 0.0], "drive": "force", "knots": knots}
 
@@ -34,7 +34,7 @@ ALIKE = [
 
 
 def simulated(folder: Path, pushes: list[dict[str, object]], seed: int = 3) -> trundle.Recording:
-    """Record pushes of a table on a sloping floor, as another simulation than the design's makes them."""
+    """Record pushes of a table on a sloping floor with `trundle.simulate`."""
     folder.mkdir(exist_ok=True)
     scenario = {
         "format": "trundle-scenario/1",
@@ -85,12 +85,12 @@ def found(rivals: tuple[Path, Path], tied: trundle.Recording) -> Design:
 
 
 def preference(recording: trundle.Recording, rivals: tuple[Path, Path]) -> float:
-    """Return by how much the evidence prefers the slope to the offset, nats."""
+    """Return the log evidence ratio of slope and offset, nats."""
     slope, bias = (trundle.fit(recording, rival).summary["log_evidence"] for rival in rivals)
     return float(slope - bias)
 
 
-def test_the_designed_push_breaks_the_tie(
+def test_the_designed_push_distinguishes_the_models(
     place: Path, rivals: tuple[Path, Path], tied: trundle.Recording, found: Design
 ) -> None:
     assert found.models == ("floor_slope", "force_bias")
@@ -103,10 +103,10 @@ def test_the_designed_push_breaks_the_tie(
     assert preference(after, rivals) > 0.3 * found.separation[0] > 30.0
 
 
-def test_it_is_another_push_and_keeps_its_limits(found: Design) -> None:
+def test_the_designed_push_keeps_its_limits(found: Design) -> None:
     best = found.pushes[0]
     assert abs(best.start[2]) > 0.5 or abs(best.grasp[1]) > 0.3
-    # What the robot did: 20 N and some noise, for 4 s.
+    # The recorded pushes: 20 N with noise, for 4 s.
     assert abs(best.knots[:, 1]).max() <= 22.0 and abs(best.knots[:, 3]).max() <= 8.0
     assert best.knots[-1, 0] == pytest.approx(best.duration)
     assert best.duration == pytest.approx(4.0, abs=0.05)
@@ -126,7 +126,7 @@ def test_the_same_input_gives_the_same_bytes(
     assert trundle.design(*rivals, recording=tied).to_json() == found.to_json()
 
 
-def test_what_is_written_is_simulated(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_written_scenario_can_be_simulated(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     offset = {"kind": "force_bias", "force_x": 0.7, "force_y": -0.4, "torque_z": 0.0}
     first, second = model(place, DRAG, SLOPE), model(place, DRAG, offset)
     out = place / "written"
@@ -139,7 +139,7 @@ def test_what_is_written_is_simulated(place: Path, capsys: pytest.CaptureFixture
     assert len(trundle.read(place / "made").episodes) == 2
 
 
-def test_a_shape_may_come_from_elsewhere(place: Path) -> None:
+def test_the_object_may_come_from_another_file(place: Path) -> None:
     offset = {"kind": "force_bias", "force_x": 0.7, "force_y": -0.4, "torque_z": 0.0}
     first = model(place, DRAG, SLOPE, body=False, name="bare_slope")
     second = model(place, DRAG, offset, body=False, name="bare_bias")
@@ -149,7 +149,7 @@ def test_a_shape_may_come_from_elsewhere(place: Path) -> None:
     assert shaped.pushes and "22" in shaped.scenario()[1]
 
 
-def test_one_model_cannot_be_told_from_itself(place: Path) -> None:
+def test_identical_models_have_no_discriminating_push(place: Path) -> None:
     same = model(place, DRAG, SLOPE)
     nothing = trundle.design(same, same)
     assert nothing.pushes == () and nothing.repeats is None
@@ -166,7 +166,7 @@ def test_one_model_cannot_be_told_from_itself(place: Path) -> None:
         ({"pushes": 0}, "at least one"),
     ],
 )
-def test_what_cannot_be_is_refused(place: Path, arguments: dict[str, object], words: str) -> None:
+def test_invalid_arguments_are_refused(place: Path, arguments: dict[str, object], words: str) -> None:
     same = model(place, DRAG, SLOPE)
     with pytest.raises(trundle.TrundleError, match=words):
         trundle.design(same, same, **arguments)  # type: ignore[arg-type]

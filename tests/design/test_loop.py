@@ -1,4 +1,4 @@
-"""Diagnose, make the push that the diagnosis asks for, diagnose again: the tie is gone."""
+"""Diagnose, make the designed push, diagnose again: the tie is resolved."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,7 +27,7 @@ def asked(answer: Mapping[str, Any]) -> dict[str, Any]:
     return next(found for found in experiments if set(found["models"]) == pair)
 
 
-def test_a_tie_comes_with_its_certificate(before: trundle.Diagnosis) -> None:
+def test_a_tie_has_a_certificate(before: trundle.Diagnosis) -> None:
     tie = next(names for names in before.answer["tied"] if set(names) >= {"floor_slope", "force_bias"})
     certificates = [found for found in before.answer["certificates"] if set(found["models"]) <= set(tie)]
     about = next(found for found in certificates if set(found["models"]) == {"floor_slope", "force_bias"})
@@ -37,7 +37,7 @@ def test_a_tie_comes_with_its_certificate(before: trundle.Diagnosis) -> None:
     assert about["statement"].split(".")[0] in before.report
 
 
-def test_the_push_that_it_asks_for_breaks_the_tie(before: trundle.Diagnosis, nominal: Path) -> None:
+def test_the_designed_push_resolves_the_tie(before: trundle.Diagnosis, nominal: Path) -> None:
     plan = asked(before.answer)
     alternative = next(a for a in before.answer["alternatives"] if a["effect"] in plan["models"])
     assert alternative["experiment"] == plan["sentence"]

@@ -1,4 +1,4 @@
-"""A recording that is surely wrong is refused in words before it is diagnosed, never told as an effect."""
+"""Erroneous recordings are refused before a diagnosis and not explained by an effect."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def corrupted(corrupt: Corrupt, table: Table) -> trundle.Recording:
 
 
 @pytest.mark.parametrize("name", WORDS)
-def test_what_is_surely_wrong_is_refused(name: str) -> None:
+def test_erroneous_recordings_are_refused(name: str) -> None:
     with pytest.raises(trundle.TrundleError, match=WORDS[name]) as refusal:
         trundle.diagnose(corrupted(CORRUPTIONS[name][0], Table()))
-    assert "(" in str(refusal.value)  # what to do about it
+    assert "(" in str(refusal.value)  # the remedy
 
 
 def test_the_command_line_refuses_with_status_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,27 +51,27 @@ def test_the_command_line_refuses_with_status_2(tmp_path: Path, capsys: pytest.C
 
 
 def backwards(_: dict[str, Any], episodes: TABLES) -> None:
-    """The clock jumps back by half a second within an episode."""
+    """Return a table whose clock jumps back by half a second."""
     t = episodes["episode_01"]["t"]
     t[len(t) // 2 :] -= 0.5
 
 
-def test_a_clock_that_jumps_back_is_no_recording() -> None:
+def test_decreasing_times_are_refused() -> None:
     with pytest.raises(trundle.TrundleError, match="episode_01"):
         corrupted(backwards, Table())
 
 
 @pytest.mark.parametrize("name", ["wrench 100 ms late", "saturated", "tare in contact"])
-def test_what_may_be_wrong_is_said_and_not_refused(name: str) -> None:
+def test_suspicious_recordings_cause_warnings(name: str) -> None:
     doubts = require_usable(corrupted(CORRUPTIONS[name][0], Table()))
     assert doubts and all("(" in doubt for doubt in doubts)
 
 
-def test_nothing_is_said_of_a_clean_recording() -> None:
+def test_a_clean_recording_causes_no_warning() -> None:
     assert require_usable(recording(Table())) == []
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_a_second_of_pushing_is_no_diagnosis(seed: int) -> None:
+def test_a_second_of_pushing_is_not_enough(seed: int) -> None:
     with pytest.raises(trundle.TrundleError, match="s of pushing; at least"):
         trundle.diagnose(recording(Table(episodes=2, seconds=1.6, seed=20 + seed)))

@@ -1,4 +1,4 @@
-"""What the documentation says is there is there."""
+"""Links, commands and tables of the documentation."""
 
 import re
 from pathlib import Path
@@ -13,14 +13,14 @@ PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_and_pictures_lead_somewhere(page: Path) -> None:
+def test_targets_of_links_and_images_exist(page: Path) -> None:
     targets = re.findall(r"\]\(([^)#\s]+)\)", page.read_text())
     missing = [target for target in targets if "://" not in target and not (page.parent / target).exists()]
     assert missing == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_commands_use_verbs_that_exist(page: Path) -> None:
+def test_verbs_of_commands_exist(page: Path) -> None:
     verbs = re.findall(r"^(?:\.venv/bin/)?trundle ([a-z]+)", page.read_text(), re.MULTILINE)
     assert set(verbs) <= set(discover())
 
@@ -31,7 +31,7 @@ def test_make_targets_exist(page: Path) -> None:
     assert set(re.findall(r"`?make ([a-z-]+)`", page.read_text())) <= targets
 
 
-def test_every_effect_that_a_diagnosis_can_name_is_explained() -> None:
+def test_every_effect_of_a_diagnosis_is_documented() -> None:
     named = {effect["effect"] for effect in trundle.effects()} - {"viscous_wheel"}
     section = (ROOT / "docs/diagnosis.md").read_text().split("## Effects")[1]
     assert set(re.findall(r"^\| `([a-z_]+)` \|", section, re.MULTILINE)) - {"effect"} == named

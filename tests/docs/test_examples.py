@@ -1,4 +1,4 @@
-"""The examples that begin with what a person has do what they say."""
+"""The examples that start from logs or arrays."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.command import trundle as command
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def the_example(name: str) -> ModuleType:
+def load_example(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -24,8 +24,8 @@ def the_example(name: str) -> ModuleType:
     return module
 
 
-def test_logs_become_a_model_that_predicts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    fit = the_example("fit_your_recording").main(tmp_path)
+def test_a_model_fitted_to_logs_predicts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fit = load_example("fit_your_recording").main(tmp_path)
     found = {p["name"]: p["mean"] for p in fit.summary["parameters"]}
     # The environment of seed 3 hides 22 kg and a wheel at (0.5, -0.3) m.
     assert found["body.mass"] == pytest.approx(22.0, abs=0.3)
@@ -33,18 +33,20 @@ def test_logs_become_a_model_that_predicts(tmp_path: Path, capsys: pytest.Captur
     assert found["viscous_wheel.y"] == pytest.approx(-0.3, abs=0.01)
     assert trundle.Model.read(tmp_path / "model.toml").parameters == fit.model.parameters
     printed = capsys.readouterr().out
-    moved, off = (float(re.findall(f"{words} (\\S+) m", printed)[0]) for words in ("moved", "off at the end"))
+    moved, off = (
+        float(re.findall(f"{words} (\\S+) m", printed)[0]) for words in ("moved", "error at the end")
+    )
     assert moved > 0.5
     assert off < 0.15 * moved
     assert fit.summary["held_out"]["window_position_rmse"] < 0.03
 
 
-def test_the_command_imports_the_same(tmp_path: Path) -> None:
-    the_example("fit_your_recording").main(tmp_path)
-    line = ["import", "logs", "--from", "csv", "--map", "map.toml", "--out", "again"]
+def test_the_command_imports_the_same_recording(tmp_path: Path) -> None:
+    load_example("fit_your_recording").main(tmp_path)
+    line = ["import", "logs", "--from", "csv", "--map", "map.toml", "--out", "repeated"]
     ran = command(tmp_path, *line)
     assert ran.returncode == 0, ran.stderr
-    first, second = (trundle.read(tmp_path / name) for name in ("recording", "again"))
+    first, second = (trundle.read(tmp_path / name) for name in ("recording", "repeated"))
     assert first.metadata == second.metadata
     assert list(first.episodes) == list(second.episodes)
     for name, table in first.episodes.items():
@@ -52,8 +54,8 @@ def test_the_command_imports_the_same(tmp_path: Path) -> None:
             np.testing.assert_array_equal(column, second.episodes[name][key])
 
 
-def test_arrays_become_a_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    found = the_example("diagnose_your_recording").main(tmp_path / "found")
+def test_arrays_are_diagnosed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = load_example("diagnose_your_recording").main(tmp_path / "found")
     # configs/experiments/demo.toml: dry friction of 14 N at (0.5, -0.3) m.
     assert (found.verdict, found.missing) == ("explained", ["coulomb_friction"])
     effect = found.answer["missing"][0]

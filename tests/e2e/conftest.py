@@ -10,7 +10,7 @@ SCENARIO = Path(__file__).resolve().parents[2] / "configs/experiments/demo.toml"
 
 @dataclass(frozen=True)
 class Demo:
-    """What `make demo` leaves behind."""
+    """Output of `make demo`."""
 
     folder: Path
 
@@ -25,7 +25,7 @@ class Demo:
 
 @pytest.fixture(scope="session")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
-    """Run the demo once for all tests here, which only read it."""
+    """Run the demo once for all tests of this folder."""
     demo = Demo(tmp_path_factory.mktemp("demo"))
     for line in (
         ["simulate", SCENARIO, "--out", "recording"],

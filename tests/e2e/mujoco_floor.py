@@ -1,4 +1,4 @@
-"""Recordings of a table that MuJoCo pushes over a floor with dry friction under the whole table."""
+"""Recordings of a table with dry friction under all legs, simulated by MuJoCo."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ FOOTPRINT = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]]
 LEGS = np.array([[-0.5, -0.3], [0.5, -0.3], [0.5, 0.3], [-0.5, 0.3]])
 MASS, INERTIA = 22.0, 22.0 * (1.2**2 + 0.8**2) / 12.0
 FRICTION = 40.0
-"""Of all legs together, N."""
+"""Friction of all legs together, N."""
 GRASP = np.array([-0.6, 0.1])
-"""Where the gripper holds the table; its axes are the table's."""
+"""Position of the gripper on the table; its axes are those of the table."""
 CONTACT = 0.5
 SECONDS = 5.0
 POSE, FORCE, TORQUE = (5e-4, 5e-4, 1.75e-3), 0.4, 0.05
@@ -33,7 +33,7 @@ PLANAR = f"""
   </body></worldbody>
 </mujoco>
 """
-"""A table in the plane, whose friction is ours."""
+"""A table in the plane with friction from Python."""
 STANDING = f"""
 <mujoco>
   <option timestep="1e-3" cone="elliptic" impratio="100" noslip_iterations="10"/>
@@ -48,11 +48,11 @@ STANDING = f"""
   </worldbody>
 </mujoco>
 """
-"""A table on four legs, whose friction is MuJoCo's."""
+"""A table on four legs with MuJoCo's friction."""
 
 
 def creeping(creep: float) -> Callable[[Floats, Floats], Floats]:
-    """Dry friction of the legs that gives way at this speed, m/s: wrench by pose and twist, world axes."""
+    """Return dry friction of the legs with a creep speed, m/s: wrench by pose and twist, world axes."""
 
     def friction(pose: Floats, twist: Floats) -> Floats:
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
@@ -66,12 +66,12 @@ def creeping(creep: float) -> Callable[[Floats, Floats], Floats]:
 
 
 def frictionless(_pose: Floats, _twist: Floats) -> Floats:
-    """Nothing of ours."""
+    """Return no friction."""
     return np.zeros(3)
 
 
 def push(strength: float, episode: int, seed: int) -> Callable[[float], Floats]:
-    """Wrench at the grasp, gripper axes, N, N, N·m: swings around what friction bears."""
+    """Return the wrench at the grasp over time, gripper axes, N, N, N·m; it oscillates around breakaway."""
     rng = np.random.default_rng([seed, episode])
     phase, rate = rng.uniform(-np.pi, np.pi, 3), rng.uniform(0.7, 1.3, 3)
 
@@ -94,7 +94,7 @@ def run(
     wrench: Callable[[float], Floats],
     start: Floats,
 ) -> dict[str, Floats]:
-    """Push once: `t`, true pose and true wrench at every 5 ms."""
+    """Simulate a push: `t`, true pose and true wrench every 5 ms."""
     data = mujoco.MjData(model)
     data.qpos[:3] = start
     every = round(5e-3 / model.opt.timestep)
@@ -114,7 +114,7 @@ def run(
 
 
 def observed(truth: dict[str, Floats], rng: np.random.Generator) -> dict[str, Floats]:
-    """Columns of a recording: poses at 100 Hz, a raw wrench at 200 Hz, with noise and an offset."""
+    """Return columns: poses at 100 Hz, a raw wrench at 200 Hz, with noise and an offset."""
     n = len(truth["t"])
     reading = truth["wrench"] + [2.0, -1.0, 0.3] + rng.normal(size=(n, 3)) * [FORCE, FORCE, TORQUE]
     pose = truth["pose"] + rng.normal(size=(n, 3)) * POSE
@@ -135,19 +135,19 @@ def observed(truth: dict[str, Floats], rng: np.random.Generator) -> dict[str, Fl
 def recording(
     floor: str, strength: float = FRICTION, seed: int = 0, feet: bool = False, episodes: int = 5
 ) -> trundle.Recording:
-    """Pushes of five seconds, the last held out.
+    """Return a recording of pushes of five seconds, the last held out.
 
     Parameters
     ----------
     floor : str
-        "creeping": dry friction that gives way at 1 mm/s; "sharp": at 0.1 mm/s; "contacts": MuJoCo's own
-        under four legs, elliptic cones; "joints": MuJoCo's friction loss of the joints, along each world axis
-        and of the spin by itself, which is no floor's.
+        "creeping": dry friction with a creep of 1 mm/s; "sharp": of 0.1 mm/s; "contacts": MuJoCo's contacts
+        under four legs, elliptic cones; "joints": MuJoCo's friction loss of the joints, separate along each
+        world axis and against rotation, unlike a floor.
     strength : float
-        N, of the pushes.
+        Strength of the pushes, N.
     seed : int
     feet : bool
-        Whether the recording tells where the legs stand.
+        Whether the recording contains the positions of the legs.
     episodes : int
     """
     spec = mujoco.MjSpec.from_string(STANDING if floor == "contacts" else PLANAR)

@@ -1,4 +1,4 @@
-"""The main job: a table that hides dry friction, pushed, recorded, diagnosed, and the answer used."""
+"""The demo: a table with hidden dry friction is pushed, recorded and diagnosed, and the answer is used."""
 
 import json
 from itertools import groupby
@@ -23,7 +23,7 @@ def answer(demo: Demo) -> dict[str, Any]:
     return loaded
 
 
-def test_the_hidden_friction_is_named_and_placed(answer: dict[str, Any]) -> None:
+def test_the_hidden_friction_is_named_and_located(answer: dict[str, Any]) -> None:
     assert answer["verdict"] == "explained"
     (found,) = answer["missing"]
     assert found["effect"] == "coulomb_friction"
@@ -32,17 +32,17 @@ def test_the_hidden_friction_is_named_and_placed(answer: dict[str, Any]) -> None
     np.testing.assert_allclose(point["mean"], [0.5, -0.3], atol=0.02)
 
 
-def test_the_recording_does_not_give_it_away(demo: Demo) -> None:
+def test_the_recording_does_not_name_the_hidden_effect(demo: Demo) -> None:
     text = (demo.recording / "recording.toml").read_text()
     assert not any(word in text for word in ("coulomb", "friction", "wheel", "mu_x"))
 
 
-def test_all_files_are_written_and_nothing_else(demo: Demo) -> None:
+def test_exactly_the_documented_files_are_written(demo: Demo) -> None:
     assert sorted(path.name for path in demo.diagnosis.iterdir()) == FILES
     assert sorted(path.name for path in demo.folder.iterdir()) == ["diagnosis", "recording"]
 
 
-def test_the_figures_follow_from_the_predictions(demo: Demo, answer: dict[str, Any]) -> None:
+def test_the_metrics_follow_from_the_predictions(demo: Demo, answer: dict[str, Any]) -> None:
     table = pd.read_parquet(demo.diagnosis / "predictions.parquet")
     assert sorted(table["episode"].unique()) == ["episode_06", "episode_07"]
     for which in ("before", "after"):
@@ -52,7 +52,7 @@ def test_the_figures_follow_from_the_predictions(demo: Demo, answer: dict[str, A
 
 
 def recomputed(table: pd.DataFrame, which: str) -> dict[str, float]:
-    """Return the open-loop figures as their definitions read, from observed and simulated poses."""
+    """Return the open-loop metrics by their definitions, from observed and simulated poses."""
     gap = np.stack([table[f"{which}_{axis}"] - table[f"observed_{axis}"] for axis in "xy"], axis=1)
     turn = wrapped(np.asarray(table[f"{which}_theta"] - table["observed_theta"]))
     last = np.asarray(table.groupby("episode")["t"].idxmax())
@@ -81,7 +81,7 @@ def test_the_same_seed_gives_the_same_bytes(demo: Demo, tmp_path: Path) -> None:
         assert (tmp_path / "again" / name).read_bytes() == (demo.diagnosis / name).read_bytes(), name
 
 
-def test_the_extended_model_predicts_what_the_diagnosis_did(demo: Demo, tmp_path: Path) -> None:
+def test_the_extended_model_reproduces_the_predictions(demo: Demo, tmp_path: Path) -> None:
     out = tmp_path / "predictions.parquet"
     ran = trundle(demo.folder, "predict", "recording", "--model", "diagnosis/model.toml", "--out", out)
     assert ran.returncode == 0, ran.stderr
@@ -107,7 +107,7 @@ def test_the_recording_is_sound(demo: Demo, verb: str) -> None:
         assert len(found["episodes"]) == 8
 
 
-def test_progress_never_goes_back(demo: Demo) -> None:
+def test_progress_never_decreases(demo: Demo) -> None:
     reports: list[tuple[str, float]] = []
     package.diagnose(demo.recording, progress=lambda stage, share: reports.append((stage, share)))
     stages, shares = [stage for stage, _ in reports], [share for _, share in reports]
@@ -120,7 +120,7 @@ def test_progress_never_goes_back(demo: Demo) -> None:
     assert [stage for stage, _ in groupby(stages)] == [stages[k] for k in began], "a stage came back"
 
 
-def test_two_processes_diagnose_what_one_does_and_report_what_is_refused(demo: Demo, tmp_path: Path) -> None:
+def test_two_processes_give_the_same_diagnoses_and_errors(demo: Demo, tmp_path: Path) -> None:
     ran = trundle(tmp_path, "diagnose", demo.recording, "nowhere", "--out", "both", "--jobs", "2")
     assert ran.returncode == 2
     assert ran.stderr.startswith("trundle: nowhere: ")

@@ -1,4 +1,4 @@
-"""Ctrl-C and damage: a long verb ends at once, and nothing half-written stays."""
+"""Ctrl-C ends a long verb immediately without partial output; damaged input is named."""
 
 import shutil
 import signal
@@ -22,7 +22,7 @@ def place(demo: Demo, tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("verb", sorted(LONG))
-def test_ctrl_c_ends_it_at_once(place: Path, verb: str) -> None:
+def test_ctrl_c_interrupts_a_diagnosis_immediately(place: Path, verb: str) -> None:
     with interruptible([*COMMAND, *LONG[verb]], place) as process:
         at_work(process, 3.0)  # past the imports, well before the answer
         assert process.poll() is None, "it ended before it could be interrupted"
@@ -33,7 +33,7 @@ def test_ctrl_c_ends_it_at_once(place: Path, verb: str) -> None:
     assert [path.name for path in place.iterdir()] == ["recording"]
 
 
-def test_a_damaged_table_is_named_by_file_row_and_column(place: Path) -> None:
+def test_an_error_in_a_table_names_file_row_and_column(place: Path) -> None:
     table = place / "recording/episode_03.csv"
     lines = table.read_text().splitlines(keepends=True)
     column = lines[0].rstrip("\n").split(",").index("force_x")

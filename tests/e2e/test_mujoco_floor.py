@@ -1,4 +1,4 @@
-"""Dry friction under the whole of MuJoCo's table, some of it in forms that no law here has."""
+"""Diagnosis of dry friction under a table in MuJoCo, also in forms outside the catalogue."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from tests.e2e.mujoco_floor import FRICTION, MASS, recording
 
 @pytest.mark.slow
 @pytest.mark.xfail(reason="a point of the body is named where the whole of it rubs")
-def test_friction_that_gives_way_is_named_with_the_speed_at_which_it_does() -> None:
-    """With the 0.1 mm/s at which it gives way unless told the friction comes out 3 % too low."""
+def test_creeping_friction_is_named_with_its_creep_speed() -> None:
+    """With the default creep of 0.1 mm/s the friction would be 3 % too low."""
     found = trundle.diagnose(recording("creeping", strength=30.0, feet=True, episodes=4))
     assert found.verdict == "explained"
     assert found.missing == ["coulomb_friction"]
@@ -28,7 +28,7 @@ def test_friction_that_gives_way_is_named_with_the_speed_at_which_it_does() -> N
 
 @pytest.mark.slow
 def test_friction_of_each_joint_is_dry_friction_along_axes() -> None:
-    """MuJoCo's friction loss of each joint holds x, y and the turn apart, as no floor does."""
+    """MuJoCo's friction loss of each joint separates x, y and rotation, unlike a floor."""
     found = trundle.diagnose(recording("joints", feet=True, episodes=4))
     assert (found.verdict, found.missing) == ("explained", ["axis_friction"])
     parameters = found.answer["missing"][0]["parameters"]

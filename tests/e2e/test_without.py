@@ -1,4 +1,4 @@
-"""A diagnosis that must do without the effect that is in the recording."""
+"""Diagnosis without the true effect."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from tests.e2e.conftest import Demo
 
 
 @pytest.mark.slow
-def test_the_true_effect_left_out_is_not_replaced_by_a_wrong_one(demo: Demo, tmp_path: Path) -> None:
+def test_an_excluded_effect_is_not_replaced_by_a_wrong_one(demo: Demo, tmp_path: Path) -> None:
     ran = trundle(
         tmp_path, "diagnose", demo.recording, "--without", "coulomb_friction", "--out", "without", "--quiet"
     )
@@ -22,7 +22,7 @@ def test_the_true_effect_left_out_is_not_replaced_by_a_wrong_one(demo: Demo, tmp
     assert answer["mismatch"]["windows"]
 
 
-def test_an_effect_that_does_not_exist_is_refused_with_those_that_do(demo: Demo, tmp_path: Path) -> None:
+def test_an_unknown_effect_is_refused_with_the_known_ones(demo: Demo, tmp_path: Path) -> None:
     with pytest.raises(
         package.TrundleError, match=r"unknown effect `coulomb`; the catalogue has .*coulomb_friction"
     ):

@@ -1,4 +1,4 @@
-"""Calls on every backend: the same results, after a lost worker or node too, and Ctrl-C while they run."""
+"""Calls on every backend: equal results, lost workers and nodes, and Ctrl-C."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ if __name__ == "__main__":
 
 
 @pytest.mark.parametrize("name", BACKENDS)
-def test_results_come_with_the_number_of_their_call(name: str) -> None:
+def test_results_have_the_index_of_their_call(name: str) -> None:
     pytest.importorskip(name) if name != "local" else None
     assert sorted(backend(name, 2).map(abs, [(-3,), (4,), (-5,)])) == [(0, 3), (1, 4), (2, 5)]
 
 
-def test_results_can_be_had_in_order() -> None:
+def test_results_in_order() -> None:
     assert list(in_order(Local(2), abs, [(-k,) for k in range(9)])) == list(range(9))
 
 
@@ -52,7 +52,7 @@ def test_an_error_of_a_call_is_raised() -> None:
     ("name", "address", "words"),
     [("dask", None, "choose local, joblib, ray"), ("local", "auto", "only the backend ray")],
 )
-def test_a_backend_that_cannot_be_used_is_refused(name: str, address: str | None, words: str) -> None:
+def test_an_unusable_backend_is_refused(name: str, address: str | None, words: str) -> None:
     with pytest.raises(trundle.TrundleError, match=words):
         backend(name, address=address)
 
@@ -64,7 +64,7 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="the system has no signal masks")
-def test_ctrl_c_never_reaches_the_processes_even_while_they_start() -> None:
+def test_ctrl_c_does_not_reach_worker_processes() -> None:
     before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     masks = dict(Local(2).map(signal.pthread_sigmask, [(signal.SIG_BLOCK, ())] * 2))
     assert all(signal.SIGINT in mask for mask in masks.values())
@@ -72,7 +72,7 @@ def test_ctrl_c_never_reaches_the_processes_even_while_they_start() -> None:
 
 
 @pytest.mark.parametrize("name", BACKENDS)
-def test_ctrl_c_does_not_wait_for_the_calls_that_run(name: str, tmp_path: Path) -> None:
+def test_ctrl_c_does_not_wait_for_running_calls(name: str, tmp_path: Path) -> None:
     pytest.importorskip(name) if name != "local" else None
     script = tmp_path / "long.py"
     script.write_text(SCRIPT)
@@ -117,11 +117,11 @@ def cluster() -> Iterator[Any]:
 
 
 def squares(store: Path) -> list[int]:
-    """Return what the store holds."""
+    """Return the content of the store."""
     return sorted(json.loads(path.read_text())["result"]["square"] for path in store.iterdir())
 
 
-def test_two_nodes_whose_workers_are_killed_give_all_results(cluster: Any, tmp_path: Path) -> None:
+def test_killed_workers_lose_no_result(cluster: Any, tmp_path: Path) -> None:
     units = [Unit(f"{k}", dies_once, {"number": k}, {"marks": tmp_path}) for k in range(6)]
     runner = Runner(tmp_path / "store", "v1", Ray(address=cluster.address), quiet=True)
     assert [one["square"] for one in runner.run("squares", units)] == [0, 1, 4, 9, 16, 25]
@@ -129,7 +129,7 @@ def test_two_nodes_whose_workers_are_killed_give_all_results(cluster: Any, tmp_p
     assert squares(tmp_path / "store") == [0, 1, 4, 9, 16, 25]
 
 
-def test_a_node_that_is_lost_half_way_loses_no_result(cluster: Any) -> None:
+def test_a_lost_node_loses_no_result(cluster: Any) -> None:
     found = {}
     for number, result in Ray(address=cluster.address).map(takes_long, [(k,) for k in range(8)]):
         found[number] = result["square"]

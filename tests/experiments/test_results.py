@@ -26,7 +26,7 @@ def test_trials_are_written_and_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["[1, 2]\n", "", '{"settings": {}}\n{"trial": {}}\n', "{"])
-def test_a_file_that_holds_no_results_is_named(text: str, tmp_path: Path) -> None:
+def test_a_file_without_results_is_named(text: str, tmp_path: Path) -> None:
     path = tmp_path / "trials.jsonl"
     path.write_text(text)
     with pytest.raises(TrundleError, match=r"trials\.jsonl: not results"):

@@ -20,7 +20,7 @@ from trundle.experiments.versions import code_version, of_module
 
 
 def square(number: int, log: Path) -> dict[str, Any]:
-    """Return a square, and note that it was asked for."""
+    """Return a square, and log the call."""
     with log.open("a") as file:
         file.write(f"{number}\n")
     if number < 0:
@@ -32,7 +32,7 @@ def units(log: Path, *numbers: int) -> list[Unit]:
     return [Unit(f"unit_{number}", square, {"number": number}, {"log": log}) for number in numbers]
 
 
-def test_each_unit_is_done_once_and_results_keep_the_order_of_the_units(tmp_path: Path) -> None:
+def test_each_unit_runs_once_and_results_keep_the_order(tmp_path: Path) -> None:
     log, runner = tmp_path / "log", Runner(tmp_path / "store", "v1", quiet=True)
     assert [one["square"] for one in runner.run("squares", units(log, 3, 1, 2))] == [
         9.12346,
@@ -54,7 +54,7 @@ def test_another_version_or_argument_is_another_unit(tmp_path: Path) -> None:
     assert log.read_text().split() == ["2", "2"]
 
 
-def test_what_failed_is_done_again_and_what_was_done_is_kept(tmp_path: Path) -> None:
+def test_only_failed_units_are_repeated(tmp_path: Path) -> None:
     log, runner = tmp_path / "log", Runner(tmp_path / "store", "v1", quiet=True)
     with pytest.raises(ValueError, match="negative"):
         runner.run("squares", units(log, 1, -1, 2))
@@ -62,7 +62,7 @@ def test_what_failed_is_done_again_and_what_was_done_is_kept(tmp_path: Path) -> 
     assert log.read_text().split() == ["1", "-1", "2"]
 
 
-def test_a_unit_that_is_refused_is_reported_and_the_others_are_kept(tmp_path: Path) -> None:
+def test_a_failed_unit_is_reported_and_others_are_kept(tmp_path: Path) -> None:
     stream = io.StringIO()
     runner = Runner(tmp_path / "store", "v1", stream=stream)
     many = [Unit(f"unit {k}", refuses_one, {"number": k}) for k in range(3)]
@@ -79,7 +79,7 @@ def refuses_one(number: int) -> int:
     return number
 
 
-def test_two_processes_give_the_bytes_of_one(tmp_path: Path) -> None:
+def test_two_processes_give_the_same_bytes(tmp_path: Path) -> None:
     stores = []
     for jobs, numbers in ((1, (1, 2, 3, 4)), (2, (4, 3, 2, 1))):
         store = tmp_path / f"store{jobs}"
@@ -89,7 +89,7 @@ def test_two_processes_give_the_bytes_of_one(tmp_path: Path) -> None:
     assert len(stores[0]) == 4
 
 
-def test_what_a_unit_made_is_made_again_where_it_was_lost(tmp_path: Path) -> None:
+def test_lost_output_of_a_unit_is_made_again(tmp_path: Path) -> None:
     runner, made = Runner(tmp_path / "store", "v1", quiet=True), tmp_path / "made"
     unit = [Unit("writes", writes, {}, {"path": made}, made)]
     runner.run("writing", unit)
@@ -99,7 +99,7 @@ def test_what_a_unit_made_is_made_again_where_it_was_lost(tmp_path: Path) -> Non
 
 
 def writes(path: Path) -> dict[str, Any]:
-    """Leave a file."""
+    """Write a file."""
     path.write_text("made")
     return {"digest": "1"}
 
@@ -114,7 +114,7 @@ print("finished", flush=True)
 """
 
 
-def test_killed_in_the_middle_it_continues(tmp_path: Path) -> None:
+def test_it_continues_after_a_kill(tmp_path: Path) -> None:
     (tmp_path / "tests_slow.py").write_text(
         "import time\ndef slow(k):\n    time.sleep(0.0 if k == 0 else 60.0)\n    return k\n"
     )
@@ -142,13 +142,13 @@ def wait_for(condition: Any) -> None:
     raise AssertionError("waited for a minute")
 
 
-def test_progress_says_how_much_is_left(tmp_path: Path) -> None:
+def test_progress_shows_the_remaining_units(tmp_path: Path) -> None:
     stream = io.StringIO()
     Runner(tmp_path / "store", "v1", stream=stream).run("squares", units(tmp_path / "log", 1, 2))
     assert "squares: 2 of 2 (unit_2), about 0 s left" in stream.getvalue()
 
 
-def test_the_version_of_code_ignores_comments_and_counts_the_rest(tmp_path: Path) -> None:
+def test_the_version_of_code_ignores_comments_only(tmp_path: Path) -> None:
     source = tmp_path / "one.py"
     source.write_text('"""One."""\n\ndef f(x):\n    return x + 1\n')
     before = code_version(tmp_path)

@@ -1,4 +1,4 @@
-"""Recordings as MCAP: others find ROS messages in it, `trundle import` finds every bit."""
+"""Recordings as MCAP: other libraries read ROS messages, and `trundle import` restores every bit."""
 
 from collections import defaultdict
 from pathlib import Path
@@ -30,7 +30,7 @@ N = 60
 
 @pytest.fixture(scope="module")
 def recording() -> trundle.Recording:
-    """Two pushes of the demo, one held out; the tracker loses both bodies, the sensor skips readings."""
+    """Two pushes of the demo, one held out, with lost poses and skipped readings."""
     whole = trundle.simulate(DEMO)
     episodes = {}
     for name in ("episode_00", "episode_06"):
@@ -48,7 +48,7 @@ def columns(names: list[str], seed: int = 0) -> dict[str, Any]:
 
 
 def every(k: int, names: list[str]) -> dict[str, Any]:
-    """Return columns that are sampled in every k-th row."""
+    """Return columns with a sample in every k-th row."""
     return {
         name: np.where(np.arange(N) % k == 0, values, np.nan) for name, values in columns(names, k).items()
     }
@@ -89,13 +89,13 @@ def back(path: Path) -> trundle.Recording:
 
 
 @pytest.mark.parametrize("case", TABLES)
-def test_every_bit_comes_back(case: str, tmp_path: Path) -> None:
+def test_the_round_trip_is_exact(case: str, tmp_path: Path) -> None:
     metadata, table = TABLES[case]
     recording = trundle.Recording(METADATA | metadata, {"push 1": table, "push 2": table})
     assert back(write_mcap(recording, tmp_path / "table.mcap")) == recording
 
 
-def test_the_command_line_leads_there_and_back(
+def test_the_round_trip_on_the_command_line(
     recording: trundle.Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     recording.write(tmp_path / "run")
@@ -110,7 +110,7 @@ def test_the_command_line_leads_there_and_back(
     assert again.metadata["split"]["held_out"] == ["episode_06"]
 
 
-def test_others_find_ros_messages(recording: trundle.Recording, tmp_path: Path) -> None:
+def test_other_libraries_read_the_ros_messages(recording: trundle.Recording, tmp_path: Path) -> None:
     store = get_typestore(Stores.LATEST)
     heard: dict[str, list[tuple[int, Any]]] = defaultdict(list)
     with Reader(write_mcap(recording, tmp_path / "run.mcap")) as reader:
@@ -157,7 +157,7 @@ def test_others_find_ros_messages(recording: trundle.Recording, tmp_path: Path) 
     assert rows[len(t)] == later == rows[len(t) - 1] + 10**9
 
 
-def test_a_map_may_still_say_what_is_what(recording: trundle.Recording, tmp_path: Path) -> None:
+def test_a_map_overrides_the_embedded_metadata(recording: trundle.Recording, tmp_path: Path) -> None:
     path = tmp_path / "map.toml"
     path.write_text("".join(f'[{role}]\ntopic = "/{role}/pose"\n' for role in ("object", "gripper")))
     path.write_text(path.read_text() + '[wrench]\ntopic = "/wrench"\n[[episode]]\nname = "a"\nend = 2.0\n')
@@ -166,7 +166,7 @@ def test_a_map_may_still_say_what_is_what(recording: trundle.Recording, tmp_path
     np.testing.assert_allclose(table["gripper_theta"], expected, atol=1e-12)
 
 
-def test_an_export_is_replaced_and_nothing_else(recording: trundle.Recording, tmp_path: Path) -> None:
+def test_only_an_earlier_export_is_replaced(recording: trundle.Recording, tmp_path: Path) -> None:
     file = write_mcap(trundle.Recording(METADATA, {"a": PLANAR}), tmp_path / "run.mcap")
     assert back(write_mcap(recording, file)) == recording
     once = file.read_bytes()
@@ -178,7 +178,7 @@ def test_an_export_is_replaced_and_nothing_else(recording: trundle.Recording, tm
         assert file.read_bytes() == broken
 
 
-def test_an_interrupted_export_leaves_what_was_there(
+def test_an_interrupted_export_changes_nothing(
     recording: trundle.Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = write_mcap(recording, tmp_path / "run.mcap")
@@ -207,7 +207,7 @@ def test_an_interrupted_export_leaves_what_was_there(
         (np.arange(N) * 1e8, r"episode a: lasts 5\.9e\+09 s, past the last ROS stamp"),
     ],
 )
-def test_times_that_stamps_cannot_hold_are_refused(t: Any, message: str, tmp_path: Path) -> None:
+def test_times_out_of_range_are_refused(t: Any, message: str, tmp_path: Path) -> None:
     recording = trundle.Recording(METADATA, {"a": PLANAR | {"t": t}})
     with pytest.raises(trundle.TrundleError, match=message):
         write_mcap(recording, tmp_path / "run.mcap")
@@ -227,7 +227,7 @@ def test_times_that_stamps_cannot_hold_are_refused(t: Any, message: str, tmp_pat
         (["run"], "run: is a folder, not a model file; use --mcap FILE for a recording"),
     ],
 )
-def test_what_cannot_be_exported_is_refused(
+def test_unsupported_input_is_refused(
     arguments: list[str],
     said: str,
     tmp_path: Path,

@@ -1,4 +1,4 @@
-"""What is exported moves in MuJoCo as it does here."""
+"""Exported models move in MuJoCo as in trundle."""
 
 import importlib.util
 import json
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 SECONDS, SAMPLE = 4.0, 0.01
 TOLERANCE = (2e-3, 3e-3)
-"""Of position, m, and heading, rad, at MuJoCo's usual step of 2 ms; positions there lag by half a step."""
+"""Tolerances, m and rad, at MuJoCo's usual step of 2 ms; its positions lag by half a step."""
 
 BODY = """
 format = "trundle-model/1"
@@ -125,7 +125,7 @@ CASES = {
 
 
 def push(t: float) -> Floats:
-    """A push that comes, goes and comes back, off the mass centre; object axes."""
+    """Return a push with pauses and reversals, off the mass centre; object axes."""
     return np.array([30.0 * np.sin(1.7 * t), 12.0 * np.sin(3.0 * t), 6.0 * np.sin(2.3 * t)])
 
 
@@ -172,7 +172,7 @@ def gap(a: Floats, b: Floats) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_mujoco_moves_the_object_as_trundle_does(case: str, tmp_path: Path) -> None:
+def test_the_exported_object_moves_as_in_trundle(case: str, tmp_path: Path) -> None:
     folder = to_mujoco(trundle.Model.from_toml(CASES[case]), tmp_path / "object")
     expected = ours(CASES[case])
     position, heading = gap(theirs(folder), expected)
@@ -180,17 +180,17 @@ def test_mujoco_moves_the_object_as_trundle_does(case: str, tmp_path: Path) -> N
     if case != "locked wheel":
         assert np.ptp(expected, axis=0).max() > 0.1
     if "dry" not in case:
-        # Dry friction stops and starts at times that depend on the steps of both.
+        # The times at which dry friction starts and stops depend on both step sizes.
         assert gap(theirs(folder, 5e-4), expected)[0] < 0.5 * position
 
 
-def test_forces_may_also_come_at_the_mass_centre(tmp_path: Path) -> None:
+def test_forces_at_the_mass_centre(tmp_path: Path) -> None:
     folder = to_mujoco(trundle.Model.from_toml(CASES["mass centre"]), tmp_path / "object")
     assert gap(theirs(folder, by="xfrc_applied"), theirs(folder)) < (1e-9, 1e-9)
 
 
-def test_a_dry_object_that_another_body_presses_on_holds(tmp_path: Path) -> None:
-    """A contact that no callback knows of beforehand: below breakaway nothing moves, above it does."""
+def test_dry_friction_holds_against_a_contact(tmp_path: Path) -> None:
+    """A contact that is unknown to the callback: the object moves only above breakaway."""
     folder = to_mujoco(trundle.Model.from_toml(BODY + LOCKED), tmp_path / "object")
     pusher = """
       <body name="pusher" pos="-0.7 -0.3 0.1"><joint name="pusher" type="slide" axis="1 0 0"/>
@@ -210,7 +210,7 @@ def test_a_dry_object_that_another_body_presses_on_holds(tmp_path: Path) -> None
     assert 1e-4 < np.abs(data.qpos[0]) < 5e-3
 
 
-def test_a_clean_process_loads_it(tmp_path: Path) -> None:
+def test_a_new_process_loads_the_export(tmp_path: Path) -> None:
     (tmp_path / "model.toml").write_text(CASES["dry friction"] + POSTERIOR)
     done = command(tmp_path, "export", "model.toml", "--mujoco", "--out", "object")
     assert done.returncode == 0, done.stderr
@@ -238,7 +238,7 @@ print(repr(float(abs(data.qvel).max())), float(data.qpos[0]), float(model.body("
     assert speed < 1e-4 and way > 0.02 and abs(mass - 20.0) > 1e-3
 
 
-def test_draws_vary_as_the_posterior_says_and_stay_positive(tmp_path: Path) -> None:
+def test_draws_follow_the_posterior_and_stay_positive(tmp_path: Path) -> None:
     folder = to_mujoco(trundle.Model.from_toml(BODY + WHEEL + POSTERIOR), tmp_path / "object")
     _, effects = loaded(folder).load()
     rng = np.random.default_rng(1)
@@ -259,7 +259,7 @@ def test_draws_vary_as_the_posterior_says_and_stay_positive(tmp_path: Path) -> N
     assert again == drawn[0]
 
 
-def test_a_drawn_object_is_the_one_that_moves(tmp_path: Path) -> None:
+def test_a_drawn_model_is_the_simulated_one(tmp_path: Path) -> None:
     folder = to_mujoco(trundle.Model.from_toml(BODY + WHEEL), tmp_path / "object")
     model, effects = loaded(folder).load()
     effects.use({"body.mass": 31.0})
@@ -270,7 +270,7 @@ def test_a_drawn_object_is_the_one_that_moves(tmp_path: Path) -> None:
 
 
 def test_shapes_become_geoms_of_the_same_area(tmp_path: Path) -> None:
-    """A footprint with a corner that points inwards, and a disc."""
+    """A concave footprint, and a disc."""
     text = """
     format = "trundle-model/1"
     [body]
@@ -291,7 +291,7 @@ def test_shapes_become_geoms_of_the_same_area(tmp_path: Path) -> None:
         assert all(is_convex(piece) for piece in cut)
 
 
-def test_what_cannot_be_exported_is_refused(tmp_path: Path) -> None:
+def test_unsupported_input_is_refused(tmp_path: Path) -> None:
     bare = 'format = "trundle-model/1"\n[body]\nmass = 3.0\n'
     (tmp_path / "bare.toml").write_text(bare)
     (tmp_path / "free.toml").write_text(BODY + WHEEL.replace("mu_x = 15.0\n", ""))

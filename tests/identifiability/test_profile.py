@@ -1,4 +1,4 @@
-"""What a fit says of what the data hold; profiles; the choice of an optimiser."""
+"""Identifiability of a fit, profiles, and the choice of an optimiser."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "recording"
 
 
-def test_every_fit_says_what_the_data_hold(recording: Path) -> None:
+def test_every_fit_reports_identifiability(recording: Path) -> None:
     summary = trundle.fit(recording).summary
     held = summary["identifiability"]
     assert held["held"] == held["of"] == len(summary["parameters"]) == 6
@@ -65,7 +65,7 @@ def test_an_unknown_optimiser_is_refused(recording: Path) -> None:
         trundle.fit(recording, optimiser="newton")  # type: ignore[arg-type]
 
 
-def test_a_profile_has_its_interval_where_its_deviance_crosses(recording: Path) -> None:
+def test_the_interval_of_a_profile_is_where_the_deviance_crosses(recording: Path) -> None:
     seen = trundle.profile(recording, "body.mass")
     assert seen.shape == "two-sided" and len(seen.modes) == 1
     low, high = seen.interval
@@ -76,7 +76,7 @@ def test_a_profile_has_its_interval_where_its_deviance_crosses(recording: Path) 
     assert "body.mass lies between" in str(seen) and "|" in seen.plot()
 
 
-def test_the_profile_of_what_is_not_free_is_refused(recording: Path) -> None:
+def test_the_profile_of_a_fixed_parameter_is_refused(recording: Path) -> None:
     with pytest.raises(trundle.TrundleError, match=r"body\.mass"):
         trundle.profile(recording, "body.weight")
     with pytest.raises(trundle.TrundleError, match="finite"):

@@ -1,4 +1,4 @@
-"""ROS 2 bags of a push, written by the tests themselves."""
+"""ROS 2 bags of a push, written by the tests."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def wrench_stamped(ns: int, values: Any) -> Any:
 
 
 class Push:
-    """Two seconds of a table that is pushed along a curve, in SI units and recording conventions.
+    """A push of a table along a curve for two seconds, in SI units and recording conventions.
 
     The tracker runs at 50 Hz, the sensor at 100 Hz, half a tick later.
     """

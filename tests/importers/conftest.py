@@ -1,4 +1,4 @@
-"""Importing as the tests need it."""
+"""Fixtures for importers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Import = Callable[[Path, str, dict[str, Any]], Imported]
 
 @pytest.fixture
 def imported(tmp_path: Path) -> Import:
-    """Import with a map given as a dictionary."""
+    """Return a function that imports with a map given as a dictionary."""
 
     def run(source: Path, layout: str, settings: dict[str, Any]) -> Imported:
         path = tmp_path / "map.toml"

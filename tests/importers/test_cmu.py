@@ -1,4 +1,4 @@
-"""CMU's planar pushing: made up in its layout, and the real one held against physics."""
+"""CMU planar pushing: invented files of its layout, and physical checks of the real data."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ NAME = "hardboard__30_90_30_30_30_90.txt"
 
 
 def write_pushes(path: Path, count: int = 5, lines: int | None = None) -> Path:
-    """Pushes of one second, 10 N in the tool's -x on the sensor from 0.5 s on."""
+    """Write pushes of one second with 10 N along the tool's -x on the sensor from 0.5 s on."""
     text = [str(count)]
     for push in range(count):
         text += [f"{600 + push} 0 10 1 0 0 0", f"{601 + push} 0 10 1 0 0 0", "100"]
         for k in range(100):
-            # In the sensor's axes, 45 degrees off: the tool's x is their common direction.
+            # Sensor axes are rotated by 45 degrees: the tool's x is between them.
             f = -10 / np.sqrt(2) * (k >= 50)
             text.append(f"{1000 + push * 10 + k / 100} {f + 0.5} {f - 0.25}")
         text.append("30")
@@ -44,7 +44,7 @@ def test_pushes_become_episodes(tmp_path: Path) -> None:
     table = recording.episodes["push_02"]
     assert table["t"][0] == 0.0
     np.testing.assert_allclose(table["object_x"][~np.isnan(table["object_x"])], [0.601, 0.602])
-    # The tare holds the offset; what is left after it is 10 N along the tool's x, on the sensor backwards.
+    # After the tare, 10 N along the tool's x remain, with the opposite sign on the sensor.
     force = np.column_stack([table["force_x"], table["force_y"]])
     start, end = about["wrench"]["precontact"]["push_02"]
     free = np.nanmean(force[(table["t"] >= start) & (table["t"] <= end)], axis=0)
@@ -61,19 +61,19 @@ def test_pushes_become_episodes(tmp_path: Path) -> None:
         ("log.txt", None, r"log\.txt: the file name must be surface__"),
     ],
 )
-def test_a_bad_file_is_named(tmp_path: Path, name: str, lines: int | None, message: str) -> None:
+def test_an_invalid_file_is_named(tmp_path: Path, name: str, lines: int | None, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         read(write_pushes(tmp_path / name, lines=lines), "cmu-planar-push")
 
 
-def test_a_bad_row_is_named(tmp_path: Path) -> None:
+def test_an_invalid_row_is_named(tmp_path: Path) -> None:
     path = write_pushes(tmp_path / NAME)
     path.write_text(path.read_text().replace("601 0 10 1 0 0 0", "601 0 10 one 0 0 0", 1))
     with pytest.raises(ValueError, match=r"row 3 = '601 0 10 one 0 0 0': must contain 7 numbers"):
         read(path, "cmu-planar-push")
 
 
-def test_every_other_push_may_be_held_out_but_not_each(tmp_path: Path) -> None:
+def test_at_most_every_second_push_is_held_out(tmp_path: Path) -> None:
     source = write_pushes(tmp_path / NAME)
     told = tmp_path / "map.toml"
     told.write_text("held_out_every = 2\n")
@@ -84,14 +84,14 @@ def test_every_other_push_may_be_held_out_but_not_each(tmp_path: Path) -> None:
 
 
 def write_log(folder: Path, name: str, lost: int) -> None:
-    """Ten seconds at rest, out of contact until the sixth; `lost` poses are the tracker's fake one."""
+    """Write ten seconds at rest, without contact until the sixth; `lost` poses are invalid."""
     rng = np.random.default_rng(0)
     rows: dict[str, list[str]] = {"force": [], "pos": [], "robot": []}
     for k in range(1000):
         touching = 0.3 * (k >= 600) * (1 + rng.standard_normal())
         rows["force"] += [f"{100 + k / 100:.2f}", f"{touching + 0.1:.6f} {rng.normal(0, 1e-3):.6f} 1.0"]
     for k in range(500):
-        # y up: the tracker's body stands like its own frame, turned by a quarter about the world's x.
+        # The tracked body has y up: it is rotated by 90° about the world's x.
         place = "668.54 -260.52" if k < lost else f"{530 + k / 100:.3f} 5"
         rows["pos"] += [f"{100 + k / 50:.2f}", f"{place} 45 0.70710678 0.70710678 0 0"]
         rows["robot"] += [f"{100 + k / 50:.2f}", f"{500 + k / 100:.2f} 0 15 1 0 0 0"]
@@ -116,7 +116,7 @@ def test_logs_become_episodes(tmp_path: Path) -> None:
     np.testing.assert_allclose(theta[~np.isnan(theta)], -np.pi / 2, atol=1e-6)
 
 
-def test_logs_of_another_load_are_a_recording_of_their_own(tmp_path: Path) -> None:
+def test_logs_with_another_load_are_a_separate_recording(tmp_path: Path) -> None:
     for name in ("exp3_1", "exp3_2", "exp3_3"):
         write_log(tmp_path, name, 0)
     got = read(tmp_path, "cmu-planar-push")
@@ -128,7 +128,7 @@ def test_logs_of_another_load_are_a_recording_of_their_own(tmp_path: Path) -> No
     ]
 
 
-def test_pushes_have_no_logs_to_choose(tmp_path: Path) -> None:
+def test_logs_cannot_be_selected_for_pushes(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"`logs`: applies only to the folder timeseries/"):
         read(write_pushes(tmp_path / NAME), "cmu-planar-push", CONFIGS / "cmu_earlier.toml")
 
@@ -140,7 +140,7 @@ def test_a_missing_part_of_a_log_is_named(tmp_path: Path) -> None:
         read(tmp_path, "cmu-planar-push")
 
 
-def test_a_bad_row_of_a_log_is_named(tmp_path: Path) -> None:
+def test_an_invalid_row_of_a_log_is_named(tmp_path: Path) -> None:
     write_log(tmp_path, "exp_1", 0)
     path = tmp_path / "exp_1_robot.txt"
     lines = path.read_text().splitlines()
@@ -151,14 +151,14 @@ def test_a_bad_row_of_a_log_is_named(tmp_path: Path) -> None:
 
 
 def held(table: dict[str, Floats], names: list[str], t: Floats) -> Floats:
-    """Return a stream at the times t, linear in between."""
+    """Return a stream at the times t, interpolated linearly."""
     values = np.column_stack([table[name] for name in names])
     there = ~np.isnan(values).any(axis=1)
     return np.column_stack([np.interp(t, table["t"][there], column[there]) for column in values.T])
 
 
 def force_on_object(table: dict[str, Floats], wrench: dict[str, Any], name: str, t: Floats) -> Floats:
-    """Return the force that acts on the object in world axes, N, (n, 2)."""
+    """Return the force on the object in world axes, N, (n, 2)."""
     begin, end = wrench["precontact"][name]
     reading = np.column_stack([table["force_x"], table["force_y"]])
     tare = np.nanmean(reading[(table["t"] >= begin) & (table["t"] <= end)], axis=0)
@@ -181,8 +181,8 @@ def smooth(values: Floats, span: int) -> Floats:
 
 
 @pytest.mark.parametrize("surface", ["10_130_10_10_10_130", "30_63.33_43.33_30_43.33_63.33", "patch"])
-def test_real_pushes_do_work_on_the_object(real_data: RealData, surface: str) -> None:
-    """While it moves against at least 1 N the tip's force points along its motion."""
+def test_real_pushes_do_positive_work(real_data: RealData, surface: str) -> None:
+    """Above 1 N, the force of the moving tip points along its motion."""
     source = real_data("cmu-planar-push/pushes") / f"hardboard__{surface}.txt"
     got = read(source, "cmu-planar-push")
     recording = trundle.Recording(got.metadata, got.episodes)
@@ -199,8 +199,8 @@ def test_real_pushes_do_work_on_the_object(real_data: RealData, surface: str) ->
     assert positive / total > 0.999
 
 
-def test_real_tips_end_on_the_triangle_s_sides(real_data: RealData) -> None:
-    """The object frame is where the footprint says: after a push the tip is on one of its three sides."""
+def test_real_tips_end_on_the_sides_of_the_triangle(real_data: RealData) -> None:
+    """The object frame fits the footprint: after a push the tip is on one of its three sides."""
     got = read(real_data("cmu-planar-push/pushes") / "hardboard__patch.txt", "cmu-planar-push")
     distances = []
     for table in got.episodes.values():
@@ -223,7 +223,7 @@ def test_real_tips_end_on_the_triangle_s_sides(real_data: RealData) -> None:
 def test_real_logs_do_work_and_touch_the_inferred_sides(
     real_data: RealData, told: Path | None, logs: list[str], held_out: str
 ) -> None:
-    """The force follows the touched point's motion, and every touch is on the inferred triangle's outline."""
+    """The force follows the motion of the contact point, and contacts are on the inferred outline."""
     got = read(real_data("cmu-planar-push/timeseries"), "cmu-planar-push", told)
     recording = trundle.Recording(got.metadata, got.episodes)
     assert list(recording.episodes) == logs
@@ -238,7 +238,7 @@ def test_real_logs_do_work_and_touch_the_inferred_sides(
         twist = smooth(np.gradient(pose, t, axis=0), 15)
         velocity = twist[:, :2] + twist[:, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]])
         size, speed = np.hypot(*force.T), np.hypot(*velocity.T)
-        # A lost body flips by a radian: its speed is no sliding.
+        # A lost body jumps by a radian, which is no sliding speed.
         sliding = (size > 0.1) & (speed > 1.5e-3) & (speed < 0.1)
         cosine = (force * velocity).sum(axis=1)[sliding] / (size * speed)[sliding]
         assert np.mean(cosine > 0.0) > 0.97, name

@@ -1,4 +1,4 @@
-"""`trundle import`, as it is called."""
+"""`trundle import` on the command line."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_bag_becomes_a_recording(bag: Path, capsys: pytest.CaptureFixture[str]
         ("raw = false", "raw = true", "precontact"),
     ],
 )
-def test_what_cannot_be_used_is_said_and_nothing_is_written(
+def test_unusable_input_is_reported_without_output(
     bag: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
 ) -> None:
     (bag.parent / "map.toml").write_text(MAP.replace(old, new, 1))
@@ -71,7 +71,7 @@ def test_what_cannot_be_used_is_said_and_nothing_is_written(
     assert sorted(bag.parent.iterdir()) == before
 
 
-def test_a_layout_that_needs_a_map_says_so(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_map_is_reported(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bare = next(bag.glob("*.mcap"))
     for source, *layout in ((bag, "--from", "rosbag2"), (bag, "--from", "csv"), (bare,)):
         assert main(["import", str(source), *layout, "--out", str(bag.parent / "recording")]) == 2
@@ -79,7 +79,7 @@ def test_a_layout_that_needs_a_map_says_so(bag: Path, capsys: pytest.CaptureFixt
         assert str(source) in complaint and "needs --map" in complaint
 
 
-def test_a_name_that_tells_no_layout_asks_for_it(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_suffix_requires_a_layout(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["import", str(bag), "--out", str(bag.parent / "recording")]) == 2
     assert f"{bag}: unknown layout; give --from with one of cmu-planar-push, csv" in capsys.readouterr().err
 

@@ -29,7 +29,7 @@ class Outer:
     rest: dict[str, Any] = field(default_factory=dict)
 
 
-def test_everything_that_is_right() -> None:
+def test_valid_settings() -> None:
     table = {
         "inner": {"gain": 2},
         "kind": "b",
@@ -65,13 +65,13 @@ def test_everything_that_is_right() -> None:
         ({"flag": 1}, "`flag` = 1; it is true or false"),
     ],
 )
-def test_everything_that_is_wrong(change: dict[str, Any], message: str) -> None:
+def test_invalid_settings(change: dict[str, Any], message: str) -> None:
     with pytest.raises(MapError) as raised:
         typed(Outer, {"inner": {"gain": 1.0}} | change)
     assert message in str(raised.value)
 
 
-def test_a_file_that_is_no_toml_names_its_line(tmp_path: Path) -> None:
+def test_invalid_toml_names_the_line(tmp_path: Path) -> None:
     path = tmp_path / "map.toml"
     path.write_text("a = 1\nb = \n")
     with pytest.raises(MapError, match=r"map\.toml: not a TOML file: .*line 2"):

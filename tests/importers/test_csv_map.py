@@ -24,7 +24,7 @@ PLAIN: dict[str, Any] = {
 
 
 def write_log(path: Path, start_ms: int) -> Path:
-    """A logger at 100 Hz whose tracker runs at 50: every pose stands there twice."""
+    """Write a log at 100 Hz with a tracker at 50 Hz, so that every pose is repeated."""
     rows = [HEADER]
     for k in range(100):
         seen = 2 * (k // 2)
@@ -40,7 +40,7 @@ def write_plain(path: Path, *rows: str) -> Path:
     return path
 
 
-def test_the_example_map_brings_a_folder_of_logs_to_si(tmp_path: Path) -> None:
+def test_the_example_map_converts_a_folder_of_logs(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     write_log(tmp_path / "logs" / "b.csv", 1_750_000_000_000)
     write_log(tmp_path / "logs" / "a.csv", 5)
@@ -67,14 +67,14 @@ def test_the_example_map_brings_a_folder_of_logs_to_si(tmp_path: Path) -> None:
     assert "a.csv: object: 50 samples repeated left out" in got.remarks
 
 
-def test_an_empty_cell_is_no_sample(imported: Import, tmp_path: Path) -> None:
+def test_an_empty_cell_is_a_missing_sample(imported: Import, tmp_path: Path) -> None:
     file = write_plain(tmp_path / "log.csv", "0,1,2,0,3,4,5", "0.1,,,,6,7,8", "0.2,1.5,2,0,,,")
     table = imported(file, "csv", PLAIN).episodes["episode_00"]
     np.testing.assert_array_equal(table["object_x"], [1.0, np.nan, 1.5])
     np.testing.assert_array_equal(table["force_x"], [3.0, 6.0, np.nan])
 
 
-def test_each_stream_may_have_a_clock_of_its_own(imported: Import, tmp_path: Path) -> None:
+def test_streams_may_have_separate_clocks(imported: Import, tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     file.write_text("tp,x,tf,f\n10.0,0.1,10.5,1\n10.2,0.3,10.7,2\n")
     settings = {
@@ -87,7 +87,7 @@ def test_each_stream_may_have_a_clock_of_its_own(imported: Import, tmp_path: Pat
     np.testing.assert_array_equal(table["object_x"], [0.1, 0.3, np.nan, np.nan])
 
 
-def test_columns_are_numbered_where_there_is_no_header(imported: Import, tmp_path: Path) -> None:
+def test_columns_without_a_header_are_numbered(imported: Import, tmp_path: Path) -> None:
     file = tmp_path / "log.txt"
     file.write_text("# two lines\n# of prose\n0.0\t0.5\t7\n0.1\t0.6\t8\n")
     settings = {
@@ -102,7 +102,7 @@ def test_columns_are_numbered_where_there_is_no_header(imported: Import, tmp_pat
 
 
 def test_a_y_up_tracker(imported: Import, tmp_path: Path) -> None:
-    """On the floor z is first and x second; a turn about the tracker's y is the heading."""
+    """z and x of the tracker are the floor axes; a rotation about its y is the heading."""
     parts = ("x", "y", "z", "qw", "qx", "qy", "qz")
     half = np.radians(15.0)
     file = tmp_path / "log.csv"
@@ -113,7 +113,7 @@ def test_a_y_up_tracker(imported: Import, tmp_path: Path) -> None:
     settings = {
         "time": "t",
         "world": {"plane": ["z", "x"]},
-        # The tracked body is y up as well: its axes are renamed in the same way.
+        # The tracked body also has y up, so its axes are exchanged in the same way.
         "object": {"offset": {"quaternion_wxyz": [0.5, -0.5, -0.5, -0.5]}},
         "columns": {f"object_{p}": p for p in parts} | {"force_x": "fx", "force_y": "fy", "torque_z": "tz"},
     }
@@ -130,7 +130,7 @@ def test_a_y_up_tracker(imported: Import, tmp_path: Path) -> None:
         ("0.1,1,,0,3,4,5", r"log\.csv: row 2: object_y is empty but other columns of object are not"),
     ],
 )
-def test_a_bad_cell_is_named(imported: Import, tmp_path: Path, row: str, message: str) -> None:
+def test_an_invalid_cell_is_named(imported: Import, tmp_path: Path, row: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         imported(write_plain(tmp_path / "log.csv", "0,1,2,0,3,4,5", row), "csv", PLAIN)
 
@@ -159,19 +159,21 @@ def test_a_bad_cell_is_named(imported: Import, tmp_path: Path, row: str, message
         ({"delimiter": ";"}, "no column 't'"),
     ],
 )
-def test_a_bad_map_is_named(imported: Import, tmp_path: Path, change: dict[str, Any], message: str) -> None:
+def test_an_invalid_map_is_named(
+    imported: Import, tmp_path: Path, change: dict[str, Any], message: str
+) -> None:
     file = write_plain(tmp_path / "log.csv", "0,1,2,0,3,4,5")
     with pytest.raises(ValueError, match=message):
         imported(file, "csv", PLAIN | change)
 
 
-def test_no_clock(imported: Import, tmp_path: Path) -> None:
+def test_a_missing_time_column_is_refused(imported: Import, tmp_path: Path) -> None:
     file = write_plain(tmp_path / "log.csv", "0,1,2,0,3,4,5")
     with pytest.raises(ValueError, match=r"no time for object; set `time` or `times\.object`"):
         imported(file, "csv", {"columns": PLAIN["columns"]})
 
 
-def test_an_empty_folder(imported: Import, tmp_path: Path) -> None:
+def test_an_empty_folder_is_refused(imported: Import, tmp_path: Path) -> None:
     (tmp_path / "none").mkdir()
     with pytest.raises(ValueError, match=r"none: no \*\.csv in this folder"):
         imported(tmp_path / "none", "csv", PLAIN)

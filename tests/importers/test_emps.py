@@ -1,4 +1,4 @@
-"""The EMPS benchmark: made up in its layout, and the real one."""
+"""The EMPS benchmark: invented files of its layout, and the real data."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def write(folder: Path, **changes: Any) -> Path:
     return folder
 
 
-def test_the_layout_becomes_a_rail_recording(tmp_path: Path) -> None:
+def test_the_data_set_becomes_a_rail_recording(tmp_path: Path) -> None:
     got = read(write(tmp_path), "emps")
     recording = trundle.Recording(got.metadata, got.episodes)
     assert recording.metadata["object"]["dof"] == ["x"]
@@ -48,7 +48,7 @@ def test_another_file_is_refused(tmp_path: Path) -> None:
         read(write(tmp_path, vir=np.ones(7)), "emps")
 
 
-def test_the_real_set(real_data: Callable[[str], Path]) -> None:
+def test_the_real_data_set(real_data: Callable[[str], Path]) -> None:
     source = real_data("emps")
     got = read(source, "emps")
     recording = trundle.Recording(got.metadata, got.episodes)
@@ -60,7 +60,7 @@ def test_the_real_set(real_data: Callable[[str], Path]) -> None:
         np.testing.assert_array_equal(values, recording.episodes["episode_00"][column])
 
 
-def test_the_real_pulses_are_in_the_voltage(real_data: Callable[[str], Path]) -> None:
+def test_the_voltage_contains_the_pulses(real_data: Callable[[str], Path]) -> None:
     """At each edge the command jumps by 5 V, and the position loop settles 5 V / (kp kv) = 0.128 mm away."""
     plain, pulsed = (MatFile(real_data("emps") / name) for name in NAMES)
     pulses = pulsed.vector("pulses_N")
@@ -68,7 +68,7 @@ def test_the_real_pulses_are_in_the_voltage(real_data: Callable[[str], Path]) ->
     volts = pulsed.vector("vir")
     jumps = (volts[edges + 1] - volts[edges]) / np.diff(pulses)[edges]
     np.testing.assert_allclose(jumps, 1.0, atol=0.15)
-    # Just before the next edge the position has settled.
+    # The position has settled just before the next edge.
     moved = (pulsed.vector("qm") - plain.vector("qm"))[edges]
     settled = 5.0 / float(plain.vector("kp")[0] * plain.vector("kv")[0])
     np.testing.assert_allclose(np.median(moved[1::2]) - np.median(moved[::2]), settled, rtol=0.1)

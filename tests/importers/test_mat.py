@@ -1,4 +1,4 @@
-"""MATLAB files through a map of variables, and the EMPS benchmark, whose files they are."""
+"""MATLAB files through a map of variables, with the layout of the EMPS benchmark."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EXAMPLE = Path(__file__).parents[2] / "configs" / "import" / "mat.toml"
 
 
 def write_axis(path: Path, **changes: Any) -> Path:
-    """A file with the benchmark's variables: column vectors, a scalar gain."""
+    """Write a file with the variables of the benchmark: column vectors and a scalar gain."""
     t = np.arange(50) / 1000
     variables: dict[str, Any] = {
         "t": t,
@@ -74,7 +74,7 @@ def test_structs_and_matrices(imported: Import, tmp_path: Path) -> None:
         ({"object_x": "qm.left"}, r"`qm.left`: no field 'left'; the fields are none"),
     ],
 )
-def test_what_does_not_fit_is_named(
+def test_mismatches_are_named(
     imported: Import, tmp_path: Path, columns: dict[str, Any], message: str
 ) -> None:
     file = write_axis(tmp_path / "run.mat", m=np.ones((3, 2)), two=np.ones(2), words=np.array(["a", "b"]))
@@ -91,7 +91,7 @@ def test_version_7_3_needs_h5py(imported: Import, tmp_path: Path, monkeypatch: p
         imported(tmp_path / "new.mat", "mat", {"time": "t", "columns": {"object_x": "x"}})
 
 
-def test_no_matlab_file(imported: Import, tmp_path: Path) -> None:
+def test_another_file_format_is_refused(imported: Import, tmp_path: Path) -> None:
     (tmp_path / "run.mat").write_text("t,x\n0,1\n" * 40)
     with pytest.raises(ValueError, match=r"run\.mat: not a readable MATLAB file"):
         imported(tmp_path / "run.mat", "mat", {"time": "t", "columns": {"object_x": "x"}})

@@ -1,4 +1,4 @@
-"""The pneumatic seal's logs: made up in their layout, and the real ones."""
+"""Logs of the pneumatic seal: invented files of their layout, and the real data."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def one(tmp_path: Path, table: np.ndarray, name: str = "O-ring_3bar.csv") -> Imp
     return read(write(tmp_path / name, table), "pneumatic-seal")
 
 
-def test_a_log_becomes_pairs_of_strokes_on_a_rail(tmp_path: Path) -> None:
+def test_a_log_becomes_stroke_pairs_on_a_rail(tmp_path: Path) -> None:
     got = one(tmp_path, rows())
     recording = trundle.Recording(got.metadata, got.episodes)
     assert recording.metadata["object"]["dof"] == ["x"]
@@ -62,7 +62,7 @@ def test_no_sample_is_lost(tmp_path: Path) -> None:
     assert got.remarks == []
 
 
-def test_short_gaps_stay_and_a_long_one_cuts(tmp_path: Path) -> None:
+def test_short_gaps_stay_and_long_ones_split(tmp_path: Path) -> None:
     table = rows()
     short = np.delete(table, slice(100, 130), axis=0)
     got = one(tmp_path, short)
@@ -74,7 +74,7 @@ def test_short_gaps_stay_and_a_long_one_cuts(tmp_path: Path) -> None:
     assert got.remarks == ["O-ring_3bar.csv: 10 rows of pair 1 omitted because of a gap of more than 0.5 s"]
 
 
-def test_an_unfinished_stroke_is_left_out_of_the_pairs(tmp_path: Path) -> None:
+def test_an_incomplete_stroke_is_omitted(tmp_path: Path) -> None:
     got = one(tmp_path, rows()[:-300])
     assert len(got.episodes) == 3
     assert got.remarks == ["O-ring_3bar.csv: 500 rows after the last complete pair of strokes omitted"]
@@ -91,7 +91,7 @@ def test_several_pressures_make_one_recording(tmp_path: Path, imported: Import) 
     assert np.median(got.episodes["O-ring_1bar_00"]["note_pressure"]) == pytest.approx(1e5, rel=0.05)
 
 
-def test_the_bore_is_the_seals(tmp_path: Path, imported: Import) -> None:
+def test_the_bore_depends_on_the_seal(tmp_path: Path, imported: Import) -> None:
     table = rows()
     narrow, wide = one(tmp_path, table), one(tmp_path, table, "X-ring257_3bar.csv")
     less = narrow.episodes["episode_00"]["force_x"] - wide.episodes["episode_00"]["force_x"]
@@ -121,7 +121,7 @@ def test_the_bore_is_the_seals(tmp_path: Path, imported: Import) -> None:
         ({"files": ["O-ring_3bar"], "bore": 25.0}, r"`bore` = 25.0: give the bore of the cylinder in m"),
     ],
 )
-def test_what_cannot_be_one_recording_is_refused(
+def test_incompatible_files_are_refused(
     tmp_path: Path, imported: Import, settings: dict[str, object], message: str
 ) -> None:
     for name in ("O-ring_3bar", "X-ring257_3bar"):
@@ -147,10 +147,10 @@ def test_a_damaged_file_is_refused_with_its_row(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seal", ["O-ring", "X-ring257"])
 @pytest.mark.parametrize("bar", [1, 3, 5, 7])
-def test_friction_opposes_the_motion_in_the_real_logs(
+def test_friction_opposes_the_motion_in_real_logs(
     real_data: Callable[[str], Path], seal: str, bar: int
 ) -> None:
-    """Signs: the force that is left on the piston drives every stroke, forth and back."""
+    """Signs: the remaining force on the piston drives every stroke, forward and back."""
     got = read(real_data("pneumatic-seal") / f"{seal}_{bar}bar.csv", "pneumatic-seal")
     assert len(trundle.Recording(got.metadata, got.episodes).episodes) == 10
     for table in got.episodes.values():
@@ -161,8 +161,8 @@ def test_friction_opposes_the_motion_in_the_real_logs(
         assert np.mean(forth) > 3.0 and np.mean(back) < -2.0
 
 
-def test_friction_grows_with_pressure_in_the_real_logs(real_data: Callable[[str], Path]) -> None:
-    """The author's band, the difference between strokes forth and back, is twice the friction."""
+def test_friction_grows_with_pressure_in_real_logs(real_data: Callable[[str], Path]) -> None:
+    """The difference between strokes forward and back is twice the friction, as in the thesis."""
 
     def friction(path: Path) -> float:
         force = np.concatenate([table["force_x"] for table in read(path, "pneumatic-seal").episodes.values()])

@@ -40,7 +40,7 @@ def check_push(table: dict[str, Any], push: Push) -> None:
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 @pytest.mark.parametrize("kind", ["pose", "odometry"])
-def test_a_bag_gives_what_was_measured(imported: Import, tmp_path: Path, storage: str, kind: Any) -> None:
+def test_a_bag_gives_the_measurements(imported: Import, tmp_path: Path, storage: str, kind: Any) -> None:
     push = Push()
     bag = write_bag(tmp_path / "bag", push.messages(kind=kind), storage)
     got = imported(bag, "rosbag2", BAG_MAP)
@@ -49,16 +49,16 @@ def test_a_bag_gives_what_was_measured(imported: Import, tmp_path: Path, storage
 
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
-def test_a_bare_file_reads_like_its_folder(imported: Import, tmp_path: Path, storage: str) -> None:
+def test_a_single_file_equals_its_folder(imported: Import, tmp_path: Path, storage: str) -> None:
     folder = write_bag(tmp_path / "bag", Push().messages(), storage)
     (file,) = (path for path in folder.iterdir() if path.suffix in (".mcap", ".db3"))
     check_push(imported(file, "mcap", BAG_MAP).episodes["episode_00"], Push())
 
 
-def test_header_stamps_are_used_unless_log_time_is_asked_for(imported: Import, tmp_path: Path) -> None:
+def test_header_stamps_are_the_default(imported: Import, tmp_path: Path) -> None:
     push = Push()
     messages = push.messages()
-    # The sensor's messages were logged 80 ms after they were measured.
+    # Messages of the sensor were logged 80 ms after the measurement.
     late = [(topic, kind, ns + 80_000_000 * (topic == "/ft"), m) for topic, kind, ns, m in messages]
     bag = write_bag(tmp_path / "bag", late)
     check_push(imported(bag, "rosbag2", BAG_MAP).episodes["episode_00"], push)
@@ -66,7 +66,7 @@ def test_header_stamps_are_used_unless_log_time_is_asked_for(imported: Import, t
     np.testing.assert_allclose(samples(logged, WRENCH)[0], push.wrench_t + 0.08, atol=1e-9)
 
 
-def test_headers_without_a_time_are_refused(imported: Import, tmp_path: Path) -> None:
+def test_headers_without_time_are_refused(imported: Import, tmp_path: Path) -> None:
     messages = [
         (topic, kind, ns, pose_stamped(0, (0, 0, 0), (1, 0, 0, 0)) if topic == "/table" else m)
         for topic, kind, ns, m in Push().messages()
@@ -75,7 +75,7 @@ def test_headers_without_a_time_are_refused(imported: Import, tmp_path: Path) ->
         imported(write_bag(tmp_path / "bag", messages), "rosbag2", BAG_MAP)
 
 
-def test_a_leaning_sensor_keeps_its_quaternion(imported: Import, tmp_path: Path) -> None:
+def test_a_tilted_sensor_keeps_its_quaternion(imported: Import, tmp_path: Path) -> None:
     push = Push()
     bag = write_bag(tmp_path / "bag", push.messages(leaning=0.1))
     table = imported(bag, "rosbag2", BAG_MAP).episodes["episode_00"]
@@ -87,15 +87,15 @@ def test_a_leaning_sensor_keeps_its_quaternion(imported: Import, tmp_path: Path)
     check_push(imported(bag, "rosbag2", level).episodes["episode_00"], push)
 
 
-def test_a_sensor_that_hangs_upside_down_is_turned_with_its_wrench(imported: Import, tmp_path: Path) -> None:
+def test_an_upside_down_sensor_is_rotated_with_its_wrench(imported: Import, tmp_path: Path) -> None:
     push = Push()
     got = imported(write_bag(tmp_path / "bag", push.messages(hanging=True)), "rosbag2", BAG_MAP)
     check_push(got.episodes["episode_00"], push)
     assert any("upside down" in remark for remark in got.remarks)
 
 
-def test_the_object_frame_is_carried_by_the_tracked_one(imported: Import, tmp_path: Path) -> None:
-    """The marker stands 0.1 m ahead of the object's origin and is turned by a quarter."""
+def test_the_offset_transforms_the_tracked_frame(imported: Import, tmp_path: Path) -> None:
+    """The marker is 0.1 m ahead of the object's origin and rotated by 90°."""
     push = Push()
     bag = write_bag(tmp_path / "bag", push.messages())
     offset = {"translation": [0.1, 0.0, -0.7], "rpy_deg": [0.0, 0.0, 90.0]}
@@ -136,7 +136,7 @@ def test_lost_and_repeated_poses_are_left_out_and_counted(imported: Import, tmp_
     for topic, kind, ns, message in push.messages():
         messages.append((topic, kind, ns, message))
         if topic == "/table":
-            # A relay says everything twice, 5 ms later; the tracker has lost the table at 1 s.
+            # A relay repeats every message after 5 ms; the tracker loses the table at 1 s.
             again = pose_stamped(ns + 5_000_000, (0, 0, 0), (0, 0, 0, 0))
             again.pose = message.pose if ns < EPOCH + 10**9 else again.pose
             messages.append((topic, kind, ns + 5_000_000, again))
@@ -181,15 +181,13 @@ def test_lost_and_repeated_poses_are_left_out_and_counted(imported: Import, tmp_
         ({"wrenches": {}}, "unknown key `wrenches`; did you mean `wrench`"),
     ],
 )
-def test_what_does_not_fit_is_named(
-    imported: Import, tmp_path: Path, change: dict[str, Any], message: str
-) -> None:
+def test_mismatches_are_named(imported: Import, tmp_path: Path, change: dict[str, Any], message: str) -> None:
     bag = write_bag(tmp_path / "bag", Push().messages())
     with pytest.raises(ValueError, match=message):
         imported(bag, "rosbag2", {**BAG_MAP, **change})
 
 
-def test_a_torn_bag_is_refused(imported: Import, tmp_path: Path) -> None:
+def test_a_truncated_bag_is_refused(imported: Import, tmp_path: Path) -> None:
     folder = write_bag(tmp_path / "bag", Push().messages())
     torn = tmp_path / "torn.mcap"
     torn.write_bytes(next(folder.glob("*.mcap")).read_bytes()[:5000])
@@ -197,7 +195,7 @@ def test_a_torn_bag_is_refused(imported: Import, tmp_path: Path) -> None:
         imported(torn, "mcap", BAG_MAP)
 
 
-def test_a_ros_1_bag_is_refused_with_the_way_out(imported: Import, tmp_path: Path) -> None:
+def test_a_ros_1_bag_is_refused_with_a_remedy(imported: Import, tmp_path: Path) -> None:
     (tmp_path / "old.bag").write_bytes(b"#ROSBAG V2.0\n")
     with pytest.raises(SourceError, match="rosbags-convert"):
         imported(tmp_path / "old.bag", "rosbag2", BAG_MAP)
@@ -221,9 +219,7 @@ def test_the_example_map_makes_a_recording(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 @pytest.mark.parametrize("seed", range(12))
-def test_damaged_bytes_are_refused_or_harmless(
-    imported: Import, tmp_path: Path, storage: str, seed: int
-) -> None:
+def test_damaged_bytes_are_refused_or_read(imported: Import, tmp_path: Path, storage: str, seed: int) -> None:
     folder = write_bag(tmp_path / "bag", Push().messages(), storage)
     (whole,) = (path for path in folder.iterdir() if path.suffix in (".mcap", ".db3"))
     rng = np.random.default_rng(seed)

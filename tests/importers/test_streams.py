@@ -1,4 +1,4 @@
-"""Streams: stale reads, shared time stamps, the joined table; and the rotations beneath poses."""
+"""Streams: stale reads, repeated time stamps and the joined table; and rotations of poses."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ times = st.lists(st.integers(0, 1000), min_size=1, max_size=40, unique=True).map
 angles = st.floats(-3.1, 3.1)
 
 
-def test_a_stale_read_goes_and_a_rest_stays() -> None:
-    """At 100 Hz: read twice each while it moves, then it stands still for 0.2 s."""
+def test_stale_reads_are_dropped_and_rests_kept() -> None:
+    """At 100 Hz every value is read twice during motion; then follows a rest of 0.2 s."""
     x = np.concatenate([np.repeat(np.arange(5.0), 2), np.full(20, 9.0)])
     stream = Stream(["x", "y"], np.arange(30) / 100, np.column_stack([x, x]))
     kept, count = drop_stale(stream)
@@ -26,7 +26,7 @@ def test_a_stale_read_goes_and_a_rest_stays() -> None:
     assert len(kept.t) == 25
 
 
-def test_of_one_time_stamp_the_first_stays() -> None:
+def test_the_first_sample_of_a_time_stamp_is_kept() -> None:
     stream = Stream(["x"], np.array([0.2, 0.1, 0.2]), np.array([[1.0], [2.0], [3.0]]))
     kept, count = stream.ordered()
     np.testing.assert_array_equal(kept.t, [0.1, 0.2])
@@ -35,7 +35,7 @@ def test_of_one_time_stamp_the_first_stays() -> None:
 
 
 @given(times, times)
-def test_the_joined_table_holds_every_sample_once(one: np.ndarray, other: np.ndarray) -> None:
+def test_the_joined_table_contains_every_sample_once(one: np.ndarray, other: np.ndarray) -> None:
     streams = [
         Stream(["a", "b"], one, np.column_stack([one, -one])),
         Stream(["c"], other, other[:, None] ** 2),

@@ -1,4 +1,4 @@
-"""Prior files through the command line: what they change, and what is said of those that cannot be used."""
+"""Prior files on the command line: their effect, and errors."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def fit(folder: Path, prior: str, *options: str) -> subprocess.CompletedProcess[
 
 
 def fitted(folder: Path, prior: str) -> dict[str, Any]:
-    """Return the summary of a fit that comes to an end."""
+    """Return the summary of a successful fit."""
     ended = fit(folder, prior, "--json")
     assert ended.returncode == 0, ended.stderr
     summary: dict[str, Any] = json.loads(ended.stdout)
@@ -71,11 +71,11 @@ def fitted(folder: Path, prior: str) -> dict[str, Any]:
 
 
 def means(summary: dict[str, Any]) -> dict[str, float]:
-    """Return the estimates by name, those that are numbers."""
+    """Return the identifiable estimates by name."""
     return {p["name"]: p["mean"] for p in summary["parameters"] if p["mean"] is not None}
 
 
-def test_the_example_changes_little_where_the_data_say_much(folder: Path) -> None:
+def test_the_example_prior_changes_little_with_informative_data(folder: Path) -> None:
     example = (CONFIGS / "priors" / "office_table.toml").read_text()
     plain, informed = (means(fitted(folder, text)) for text in ("", example))
     assert plain["body.mass"] == pytest.approx(22, abs=0.3)
@@ -92,13 +92,13 @@ def test_a_fixed_value_is_kept_and_not_estimated(folder: Path) -> None:
     assert mass["value"] == 23.5
 
 
-def test_an_informative_prior_pulls(folder: Path) -> None:
-    """A prior as narrow as what the data know puts the estimate between the two."""
+def test_an_informative_prior_shifts_the_estimate(folder: Path) -> None:
+    """A prior as narrow as the likelihood puts the estimate between both."""
     plain = {p["name"]: p for p in fitted(folder, "")["parameters"]}["body.mass"]
     mean, sd = plain["mean"] + 2 * plain["sd"], plain["sd"]
     pulled = fitted(folder, f'[body]\nmass = {{ distribution = "normal", mean = {mean}, sd = {sd} }}')
     found = {p["name"]: p for p in pulled["parameters"]}["body.mass"]
-    # Of a prior with the data's own precision the data do not hold the parameter: no number.
+    # With a prior as precise as the data, the parameter is not identifiable and has no number.
     assert found["mean"] is None and not found["identifiable"]
     wider = fitted(folder, f'[body]\nmass = {{ distribution = "normal", mean = {mean}, sd = {4 * sd} }}')
     assert plain["mean"] < means(wider)["body.mass"] < mean
@@ -131,8 +131,8 @@ def test_a_prior_that_excludes_the_data_gives_no_number(folder: Path, prior: str
     assert "±" not in ended.stdout
 
 
-def test_a_parameter_of_each_episode(folder: Path) -> None:
-    # A wheel turned by a quarter with its coefficients swapped is the same one: the angle's range says which.
+def test_a_parameter_per_episode(folder: Path) -> None:
+    # A wheel rotated by 90° with exchanged coefficients is the same; the range of the angle selects one.
     angle = 'angle = { distribution = "uniform", low = -0.4, high = 1.0 }'
     found = means(fitted(folder, f'[viscous_wheel]\n{angle}\nmu_y = {{ scope = "episode" }}'))
     own = [value for name, value in found.items() if name.startswith("viscous_wheel.mu_y[")]
@@ -171,7 +171,7 @@ def test_a_parameter_of_each_episode(folder: Path) -> None:
         ),
     ],
 )
-def test_a_prior_that_cannot_be_used_is_refused(folder: Path, prior: str, words: str) -> None:
+def test_an_unusable_prior_is_refused(folder: Path, prior: str, words: str) -> None:
     ended = fit(folder, prior)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert words in ended.stderr, ended.stderr
@@ -182,7 +182,7 @@ def test_a_missing_file_is_named(folder: Path) -> None:
     assert (ended.returncode, ended.stderr) == (2, "trundle: nowhere.toml: No such file or directory\n")
 
 
-def test_every_form_in_the_comments_of_the_example_is_read(folder: Path) -> None:
+def test_every_form_in_the_comments_of_the_example_is_valid(folder: Path) -> None:
     text = (CONFIGS / "priors" / "office_table.toml").read_text()
     forms = [
         line[2:].partition("}")[0] + "}" for line in text.partition("# Other forms:")[2].splitlines()[1:]

@@ -1,4 +1,4 @@
-"""Fits from a start that the caller states."""
+"""Fits from a given start."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ START = {
 
 @pytest.fixture(scope="module")
 def recording() -> trundle.Recording:
-    """Return a push along x of 10 kg on a wheel at the origin that resists with 30 N·s/m each way."""
+    """Return a push along x of 10 kg on a wheel at the origin with 30 N·s/m in all directions."""
     t = np.arange(0.0, 3.0, 0.01)
     force = np.where(t >= 0.2, 30.0, 0.0)
     since = np.maximum(t - 0.2, 0.0)
@@ -37,7 +37,7 @@ def recording() -> trundle.Recording:
     return trundle.Recording(metadata, {"push": {"t": t, **columns}})
 
 
-def test_a_stated_start_is_enough(recording: trundle.Recording) -> None:
+def test_a_given_start_is_sufficient(recording: trundle.Recording) -> None:
     found = trundle.fit(recording, start=START, starts=0)
     mass = next(p for p in found.summary["parameters"] if p["name"] == "body.mass")
     assert mass["mean"] == pytest.approx(10.0, rel=0.03)
@@ -52,13 +52,11 @@ def test_a_stated_start_is_enough(recording: trundle.Recording) -> None:
         ({**START, "viscous_wheel.mu_x": float("nan")}, r"start: viscous_wheel\.mu_x = NaN: must lie in"),
     ],
 )
-def test_a_start_that_cannot_be_used_is_named(
-    recording: trundle.Recording, start: dict[str, float], said: str
-) -> None:
+def test_an_unusable_start_is_named(recording: trundle.Recording, start: dict[str, float], said: str) -> None:
     with pytest.raises(trundle.TrundleError, match=said):
         trundle.fit(recording, start=start, starts=0)
 
 
-def test_no_start_at_all_is_refused(recording: trundle.Recording) -> None:
+def test_a_missing_start_is_refused(recording: trundle.Recording) -> None:
     with pytest.raises(trundle.TrundleError, match="at least one start"):
         trundle.fit(recording, starts=0)

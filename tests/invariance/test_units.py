@@ -46,7 +46,7 @@ OBJECTS = Path(__file__).parents[2] / "configs" / "objects"
 
 
 def rescaled(recording: trundle.Recording, length: float, force: float, time: float) -> trundle.Recording:
-    """Return the recording with numbers in units that are so many times smaller."""
+    """Return the recording in smaller units."""
     metadata = copy.deepcopy(recording.metadata)
     body = metadata["object"]
     for key in ("footprint", "support"):
@@ -84,7 +84,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> trundle.Recording:
 
 @pytest.fixture(scope="module")
 def in_si(recording: trundle.Recording) -> dict[str, object]:
-    """Return what is answered in SI units."""
+    """Return the answer in SI units."""
     return summary(trundle.diagnose(recording, check=False))
 
 
@@ -103,7 +103,7 @@ def test_the_slope_is_named(in_si: dict[str, object]) -> None:
     ("length", "force", "time"),
     [(10, 0, 0), (-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0, 10), (0, 0, -10), (10, -10, 10)],
 )
-def test_units_change_neither_verdict_nor_name_nor_probability(
+def test_verdict_names_and_probabilities_do_not_depend_on_units(
     recording: trundle.Recording, in_si: dict[str, object], length: int, force: int, time: int
 ) -> None:
     other = summary(trundle.diagnose(rescaled(recording, 2.0**length, 2.0**force, 2.0**time), check=False))
@@ -111,7 +111,7 @@ def test_units_change_neither_verdict_nor_name_nor_probability(
     assert other["missing"] == pytest.approx(in_si["missing"], abs=1e-3)
 
 
-def test_numbers_are_given_in_the_units_of_the_recording(recording: trundle.Recording) -> None:
+def test_numbers_are_in_the_units_of_the_recording(recording: trundle.Recording) -> None:
     def values(diagnosis: trundle.Diagnosis) -> tuple[float, float, float]:
         answer = diagnosis.answer
         slope = answer["missing"][0]["parameters"]["accel_x"]["mean"]
@@ -123,5 +123,5 @@ def test_numbers_are_given_in_the_units_of_the_recording(recording: trundle.Reco
 
     si = values(trundle.diagnose(recording, check=False))
     large = values(trundle.diagnose(rescaled(recording, 1024.0, 1.0, 1.0), check=False))
-    # The steps of the simulation that judges are chosen by a speed in m/s.
+    # The step of the final simulation depends on a speed in m/s.
     assert large == pytest.approx((si[0] * 1024.0, si[1] / 1024.0, si[2] * 1024.0), rel=1e-3)

@@ -1,4 +1,4 @@
-"""Laws against MuJoCo bodies that have the real thing: joints, a tendon, a contact, a hinged wheel."""
+"""Laws compared with MuJoCo mechanisms: joints, a tendon, a contact, a hinged wheel."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ SECONDS, SAMPLE, STEP = 3.0, 0.01, 2e-4
 
 
 def push(t: float) -> Floats:
-    """A push to and fro off the mass centre, object axes about the object origin."""
+    """Return a push back and forth off the mass centre, object axes about the object origin."""
     return np.array([30.0 * np.sin(2.2 * t), 12.0 * np.sin(3.0 * t), 4.0 * np.cos(2.0 * t)])
 
 
 def forwards(t: float) -> Floats:
-    """A push mostly along x."""
+    """Return a push mostly along x."""
     return np.array([20.0, 4.0 * np.sin(2.0 * t), 1.5 * np.sin(3.0 * t)])
 
 
@@ -74,7 +74,7 @@ def engine(
 
 
 def laws(effect: str, wrench: Callable[[float], Floats] = push, inner: list[float] | None = None) -> Floats:
-    """The same table with a law instead."""
+    """Return the poses of the same table with a law instead."""
     model = trundle.Model.from_toml(
         f"""
         format = "trundle-model/1"
@@ -107,7 +107,7 @@ def gap(one: Floats, other: Floats) -> tuple[float, float]:
 
 
 def assert_alike(law: Floats, expected: Floats, without: Floats, position: float, heading: float) -> None:
-    """They agree, and the effect is twenty times as large."""
+    """Assert that poses agree, and that the effect is twenty times as large."""
     off = gap(law, expected)
     assert off[0] < position and off[1] < heading, off
     effect = gap(without, expected)
@@ -116,14 +116,14 @@ def assert_alike(law: Floats, expected: Floats, without: Floats, position: float
 
 @pytest.fixture(scope="module")
 def bare() -> Callable[[Callable[[float], Floats]], Floats]:
-    """The table with nothing more."""
+    """Return the poses of the table without an effect."""
     return lambda wrench: engine("", wrench=wrench)
 
 
 Bare = Callable[[Callable[[float], Floats]], Floats]
 
 
-def test_a_load_on_two_slides(bare: Bare) -> None:
+def test_swinging_load(bare: Bare) -> None:
     mass, frequency, ratio, at = 5.0, 1.4, 0.05, (0.3, -0.2)
     omega = 2 * np.pi * frequency
     slide = f'stiffness="{mass * omega**2}" damping="{2 * ratio * mass * omega}"'
@@ -145,7 +145,7 @@ def test_a_load_on_two_slides(bare: Bare) -> None:
     assert_alike(law, expected, bare(push), 2e-4, 2e-4)
 
 
-def test_a_tendon_that_is_slack_below_its_length(bare: Bare) -> None:
+def test_tether(bare: Bare) -> None:
     stiffness, rest, at, anchor = 120.0, 0.5, (0.5, 0.3), (0.1, 0.5)
     ends = f"""<site name="anchor" pos="{anchor[0]} {anchor[1]} 0"/><!-- rest -->
     <tendon><spatial stiffness="{stiffness}" springlength="0 {rest}">
@@ -165,7 +165,7 @@ def test_a_tendon_that_is_slack_below_its_length(bare: Bare) -> None:
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
-def test_a_post_in_the_way(bare: Bare, friction: float) -> None:
+def test_obstacle_contact(bare: Bare, friction: float) -> None:
     at, radius = (0.85, 0.15), 0.05
     cone = (
         f'friction="{friction} 0 0" condim="{3 if friction else 1}" solref="0.004 1" solimp="0.99 0.99 0.001"'
@@ -180,12 +180,12 @@ def test_a_post_in_the_way(bare: Bare, friction: float) -> None:
         friction = {friction}""",
         forwards,
     )
-    # It gives way by a millimetre where MuJoCo's hardly does.
+    # The obstacle yields by a millimetre, MuJoCo's hardly.
     assert_alike(law, expected, bare(forwards), 8e-3, 8e-3)
 
 
 @pytest.mark.parametrize("first", [0.0, 2.5])
-def test_a_wheel_on_a_hinge_behind_its_pivot(bare: Bare, first: float) -> None:
+def test_caster_swivel(bare: Bare, first: float) -> None:
     at, trail, side = (0.5, -0.3), 0.06, 60.0
     # A grip that does not let the wheel slip, and the scrubbing on the floor that makes this side force.
     grip, scrub = 1e5, side * trail**2

@@ -1,4 +1,4 @@
-"""Recordings of a cart on isotropic castors, free or pushed into a wall."""
+"""Recordings of a cart on isotropic casters, free or pushed into a wall."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ WALL = """
 polygon = [[0.75, -2.0], [0.95, -2.0], [0.95, 2.0], [0.75, 2.0]]
 """
 
-# Forward for two seconds, aside, and back.
+# Forward for two seconds, sideways, and back.
 PUSHES = """
 [[push]]
 grasp = [-0.4, 0.05, 0.0]

@@ -1,4 +1,4 @@
-"""Coverage of 90 % intervals where the recordings' law differs slightly from the model's."""
+"""Coverage of 90 % intervals if the true law differs slightly from the model."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def pushes(folder: Path, seed: int, count: int, factor: float = 1.0, more: str =
 
 
 def uneven(folder: Path, seed: int) -> trundle.Recording:
-    """Simulate a floor whose friction differs by 4 % (one standard deviation) between pushes."""
+    """Simulate a floor whose friction varies by 4 % (one standard deviation) between pushes."""
     rng = np.random.default_rng(seed)
     episodes = {}
     for k in range(EPISODES):
@@ -87,11 +87,11 @@ def coverage(recordings: list[trundle.Recording]) -> float:
     return float(np.mean(inside))
 
 
-def test_intervals_cover_where_the_floor_varies_between_pushes(tmp_path: Path) -> None:
-    """The error differs from push to push: that is what the covariance is for."""
+def test_intervals_cover_if_the_floor_varies_between_pushes(tmp_path: Path) -> None:
+    """The error varies between pushes, which the covariance includes."""
     assert 0.82 <= coverage([uneven(tmp_path, seed) for seed in range(RECORDINGS)]) <= 0.97
 
 
-def test_intervals_cover_most_where_a_foot_rubs(tmp_path: Path) -> None:
-    """A missing effect also has a bias that is the same in all pushes, which no interval includes."""
+def test_intervals_cover_mostly_if_a_foot_rubs(tmp_path: Path) -> None:
+    """A missing effect also causes a common bias of all pushes, which no interval includes."""
     assert coverage([rubbing(tmp_path, seed) for seed in range(RECORDINGS)]) >= 0.5

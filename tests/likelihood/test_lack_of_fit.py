@@ -1,4 +1,4 @@
-"""What `trundle fit` reports where its model does not explain the data, and where it does."""
+"""The lack-of-fit report of `trundle fit`."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_intervals_include_model_error(fits: dict[str, trundle.Fit]) -> None:
     assert mass["high"] - mass["low"] == pytest.approx(2 * 2.353 * mass["sd"], rel=0.05)
 
 
-def test_the_model_that_is_written_has_the_wider_intervals(fits: dict[str, trundle.Fit]) -> None:
+def test_the_written_model_has_the_wider_intervals(fits: dict[str, trundle.Fit]) -> None:
     slight = fits["slight"]
     text = slight.model.to_toml()
     covariance = re.search(r"covariance = \[\s*\[\s*([-+.\de]+)", text)
@@ -92,13 +92,13 @@ def test_fit_and_sample_find_the_same_optimum(
     drawn = trundle.sample(recordings[name])
     assert drawn.summary["method"] == "laplace"
     fitted = [parameter["mean"] for parameter in fits[name].summary["parameters"]]
-    # Where the model is far from the data, the search stops a little apart in one flat optimum.
+    # If the model is far from the data, searches end at slightly different points of a flat optimum.
     apart = 0.02 if name == "demo" else 1e-9
     np.testing.assert_allclose(drawn.summary["modes"][0]["values"], fitted, rtol=apart)
     assert drawn.summary["lack_of_fit"]["found"] == (name != "clean")
 
 
-def test_every_figure_has_a_unit(recordings: dict[str, Path], tmp_path: Path) -> None:
+def test_every_metric_has_a_unit(recordings: dict[str, Path], tmp_path: Path) -> None:
     ran = command(tmp_path, "fit", recordings["clean"], "--quiet")
     assert ran.returncode == 0, ran.stderr
     lines = ran.stdout.splitlines()

@@ -1,4 +1,4 @@
-"""`trundle.fit(likelihood=…)`: each choice, several recordings, parameters of an episode's own."""
+"""`trundle.fit(likelihood=…)`: each choice, several recordings, parameters per episode."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def changed(recording: trundle.Recording, change: Callable[[dict[str, Any]], Non
 
 
 @pytest.mark.parametrize("likelihood", CHOICES)
-def test_each_finds_mass_and_friction(cart: Cart, model: trundle.Model, likelihood: Any) -> None:
+def test_each_likelihood_finds_mass_and_friction(cart: Cart, model: trundle.Model, likelihood: Any) -> None:
     fit = trundle.fit(cart(), model, likelihood=likelihood)
     assert fit.summary["likelihood"] == likelihood and fit.summary["loss"] == "gaussian"
     for name, truth in TRUTH.items():
@@ -42,7 +42,7 @@ def test_each_finds_mass_and_friction(cart: Cart, model: trundle.Model, likeliho
     assert "noise." not in fit.model.to_toml()
 
 
-def test_two_recordings_know_more_than_each(cart: Cart, model: trundle.Model) -> None:
+def test_two_recordings_are_more_informative_than_one(cart: Cart, model: trundle.Model) -> None:
     recordings = [cart(seed=seed) for seed in (1, 2)]
 
     def sd(fit: trundle.Fit) -> float:
@@ -53,7 +53,7 @@ def test_two_recordings_know_more_than_each(cart: Cart, model: trundle.Model) ->
         assert sd(trundle.fit(recordings, model, likelihood=likelihood)) < min(each)
 
 
-def test_an_episode_may_have_a_mass_of_its_own(cart: Cart, model: trundle.Model) -> None:
+def test_episodes_may_have_separate_masses(cart: Cart, model: trundle.Model) -> None:
     recordings = [cart(mass=15.0, name="empty"), cart(mass=21.0, name="loaded")]
     fit = trundle.fit(recordings, model, likelihood="windows", per_episode=["body.mass"])
     for name, mass in means(fit).items():
@@ -62,7 +62,7 @@ def test_an_episode_may_have_a_mass_of_its_own(cart: Cart, model: trundle.Model)
     assert sum(name.startswith("body.mass[") for name in means(fit)) == 4
 
 
-def test_recordings_that_contradict_each_other_are_refused(cart: Cart) -> None:
+def test_recordings_of_different_objects_are_refused(cart: Cart) -> None:
     first, second = cart(name="one"), cart(name="two")
     footprint = [[-0.4, -0.3], [0.5, -0.3], [0.5, 0.3], [-0.4, 0.3]]
     wider = second.metadata | {"object": second.metadata["object"] | {"footprint": footprint}}
@@ -86,13 +86,15 @@ def test_recordings_that_contradict_each_other_are_refused(cart: Cart) -> None:
         ({"per_episode": ["body.weight"]}, "body.weight"),
     ],
 )
-def test_a_choice_without_sense_is_refused(cart: Cart, arguments: dict[str, Any], message: str) -> None:
+def test_an_invalid_choice_is_refused(cart: Cart, arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(trundle.TrundleError, match=message):
         trundle.fit(cart(), **arguments)
 
 
 @pytest.mark.parametrize("likelihood", CHOICES)
-def test_without_motion_there_is_no_number(cart: Cart, model: trundle.Model, likelihood: Any) -> None:
+def test_a_recording_without_motion_gives_no_number(
+    cart: Cart, model: trundle.Model, likelihood: Any
+) -> None:
     def rest(columns: dict[str, Any]) -> None:
         for key in ("object_x", "object_y", "object_theta"):
             first = columns[key][np.isfinite(columns[key])][0]
@@ -104,7 +106,7 @@ def test_without_motion_there_is_no_number(cart: Cart, model: trundle.Model, lik
 
 
 @pytest.mark.parametrize("likelihood", CHOICES)
-def test_without_force_there_is_no_number(cart: Cart, model: trundle.Model, likelihood: Any) -> None:
+def test_a_recording_without_force_gives_no_number(cart: Cart, model: trundle.Model, likelihood: Any) -> None:
     def idle(columns: dict[str, Any]) -> None:
         for key in ("force_x", "force_y", "torque_z"):
             columns[key][np.isfinite(columns[key])] = 0.0
@@ -114,7 +116,7 @@ def test_without_force_there_is_no_number(cart: Cart, model: trundle.Model, like
 
 @pytest.mark.parametrize("likelihood", CHOICES)
 @pytest.mark.parametrize("stream", ["object", "force"])
-def test_without_samples_there_is_an_error(
+def test_a_recording_without_samples_is_an_error(
     cart: Cart, model: trundle.Model, likelihood: Any, stream: str
 ) -> None:
     def mask(columns: dict[str, Any]) -> None:
@@ -142,7 +144,7 @@ def no_number(
         assert [found[name] for name in of] == [None] * len(of)
 
 
-def test_the_command_takes_several_recordings_and_names_its_choice(
+def test_the_command_accepts_several_recordings(
     cart: Cart, model: trundle.Model, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     paths = [tmp_path / "one", tmp_path / "two"]

@@ -1,4 +1,4 @@
-"""An episode of more than a minute, whose covariances rounding once made lopsided until they were none."""
+"""An episode of more than a minute: covariances stay symmetric and positive definite."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Obstacles, which the engine takes into account, and simulators of the caller's own."""
+"""Fits with known obstacles, and with black-box simulators."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def mean(fit: trundle.Fit, name: str) -> float:
     return float(found)
 
 
-def test_a_wall_is_taken_into_account(cart: Cart, model: trundle.Model) -> None:
+def test_a_known_wall_is_simulated(cart: Cart, model: trundle.Model) -> None:
     recording = cart(wall=True)
     with_wall = trundle.fit(recording, model, starts=3)
     assert with_wall.summary["likelihood"] == "windows"
@@ -35,7 +35,7 @@ def test_a_wall_is_taken_into_account(cart: Cart, model: trundle.Model) -> None:
     assert max(off) > 0.5
 
 
-def test_the_filter_refuses_an_obstacle_that_it_does_not_know(cart: Cart) -> None:
+def test_the_filter_refuses_obstacles(cart: Cart) -> None:
     with pytest.raises(trundle.TrundleError, match="knows of no obstacle"):
         trundle.fit(cart(wall=True), likelihood="filter")
 
@@ -55,7 +55,7 @@ def rolling(state: Vector, wrench: Vector, dt: float, values: dict[str, float]) 
     return np.array([*pose, *after, spin])
 
 
-def test_a_simulator_of_ones_own_takes_the_place_of_the_laws(cart: Cart, model: trundle.Model) -> None:
+def test_a_black_box_simulator_replaces_the_laws(cart: Cart, model: trundle.Model) -> None:
     fit = trundle.fit(cart(), model, step=rolling, starts=1)
     assert fit.summary["likelihood"] == "windows"
     laws = trundle.fit(cart(), model, likelihood="windows")
@@ -66,7 +66,7 @@ def test_a_simulator_of_ones_own_takes_the_place_of_the_laws(cart: Cart, model: 
 @pytest.mark.parametrize(
     "returned", [[float("nan")] * 6, [0.0] * 5, "nothing", None], ids=["nan", "short", "text", "none"]
 )
-def test_what_is_no_state_is_refused_with_episode_time_and_value(
+def test_an_invalid_state_is_refused_with_episode_time_and_value(
     cart: Cart, model: trundle.Model, returned: Any
 ) -> None:
     def broken(state: Vector, wrench: Vector, dt: float, values: dict[str, float]) -> Any:
@@ -77,7 +77,7 @@ def test_what_is_no_state_is_refused_with_episode_time_and_value(
         trundle.fit(cart(), model, step=broken)
 
 
-def test_what_a_simulator_raises_arrives(cart: Cart, model: trundle.Model) -> None:
+def test_exceptions_of_a_simulator_are_passed_on(cart: Cart, model: trundle.Model) -> None:
     def broken(state: Vector, wrench: Vector, dt: float, values: dict[str, float]) -> Vector:
         raise ZeroDivisionError("of its own")
 

@@ -23,7 +23,7 @@ mu_y = 180.0
 """
 
 
-def test_a_model_survives_writing(tmp_path: Path) -> None:
+def test_a_model_is_restored_from_its_file(tmp_path: Path) -> None:
     model = trundle.Model.from_toml(TABLE)
     model.write(tmp_path / "model.toml")
     again = trundle.Model.read(tmp_path / "model.toml")
@@ -31,7 +31,7 @@ def test_a_model_survives_writing(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["model.toml"]
 
 
-def test_a_failed_write_leaves_what_was_there(tmp_path: Path) -> None:
+def test_a_failed_write_changes_nothing(tmp_path: Path) -> None:
     (tmp_path / "model.toml").mkdir()
     with pytest.raises(trundle.TrundleError, match=r"model\.toml"):
         trundle.Model.from_toml(TABLE).write(tmp_path / "model.toml")
@@ -47,7 +47,7 @@ def test_parameters_have_names_units_bounds_and_values() -> None:
     assert (x["unit"], x["lower"], x["upper"]) == ("m", -0.6, 0.6)
 
 
-def test_a_free_body_under_a_ramp_of_force_moves_as_newton_says() -> None:
+def test_a_free_body_follows_newtons_law() -> None:
     model = trundle.Model.from_toml(TABLE.split("[[effect]]")[0])
     t = np.linspace(3.0, 5.0, 21)
     wrench = np.column_stack([10.0 * (t - 3.0), np.zeros_like(t), np.zeros_like(t)])
@@ -58,7 +58,7 @@ def test_a_free_body_under_a_ramp_of_force_moves_as_newton_says() -> None:
     np.testing.assert_array_equal(poses[:, 1:], np.tile([2.0, 0.0], (21, 1)))
 
 
-def test_contact_starts_what_waits_for_it() -> None:
+def test_some_effects_start_at_contact() -> None:
     text = TABLE.split("[[effect]]")[0] + '[[effect]]\nkind = "floor_slope"\naccel_x = 0.5\naccel_y = 0.0\n'
     t = np.linspace(0.0, 2.0, 201)
     model = trundle.Model.from_toml(text)

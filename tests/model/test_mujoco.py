@@ -1,4 +1,4 @@
-"""The integrator against MuJoCo's: a planar free body, viscous drag, the same wrench."""
+"""The integrator compared with MuJoCo's: a planar free body with viscous drag."""
 
 from collections.abc import Callable
 
@@ -58,7 +58,7 @@ def table(com: tuple[float, float], effects: str) -> trundle.Model:
 
 
 def push(t: float) -> NDArray[np.float64]:
-    """A push that swings from side to side, off the mass centre: the table turns by a radian or more."""
+    """Return an oscillating push off the mass centre, which rotates the table by a radian or more."""
     return np.array([25.0, 12.0 * np.sin(3.0 * t), 6.0 + 4.0 * np.sin(2.0 * t)])
 
 
@@ -80,5 +80,5 @@ def assert_agreement(com: tuple[float, float], effects: str, drag: tuple[float, 
     t = np.arange(0.0, DURATION + SAMPLE / 2, SAMPLE)
     poses, _ = table(com, effects).rollout([0, 0, 0], [0, 0, 0], t, np.array([push(s) for s in t]))
     assert abs(expected[-1, 2]) > 0.8
-    # Both are accurate to far below a tenth of a millimetre; MuJoCo holds the push over its step.
+    # Both are accurate to far below 0.1 mm; MuJoCo holds the push constant over its step.
     np.testing.assert_allclose(poses[1:], expected, atol=1e-4)

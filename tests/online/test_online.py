@@ -1,4 +1,4 @@
-"""The estimate kept up to date: it agrees with the fit of all pushes, whole or in chunks."""
+"""The online estimate agrees with a fit of all pushes, for complete pushes and chunks."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def numbers(rows: Sequence[Mapping[str, Any]]) -> dict[str, tuple[float, float]]
     return {row["name"]: (row["mean"], row["sd"]) for row in rows if row["identifiable"]}
 
 
-def test_push_by_push_agrees_with_all_at_once(recording: trundle.Recording) -> None:
+def test_online_updates_agree_with_a_fit_of_all_pushes(recording: trundle.Recording) -> None:
     online = trundle.Online(recording.metadata)
     assert online.estimate() == [] and online.model is None
     for name in recording.episodes:
@@ -59,7 +59,7 @@ def test_push_by_push_agrees_with_all_at_once(recording: trundle.Recording) -> N
     assert {p["name"] for p in online.model.parameters} >= {"body.mass"}
 
 
-def test_chunks_of_samples_end_where_the_push_does(recording: trundle.Recording) -> None:
+def test_chunks_give_the_same_estimate_as_the_push(recording: trundle.Recording) -> None:
     whole, chunked = (trundle.Online(recording.metadata) for _ in range(2))
     for name in list(recording.episodes)[:2]:
         columns = recording.episodes[name]
@@ -73,7 +73,7 @@ def test_chunks_of_samples_end_where_the_push_does(recording: trundle.Recording)
         assert abs(numbers(chunked.estimate())[name][0] - mean) < 0.5 * sd, name
 
 
-def test_a_push_that_was_refused_does_not_stay_in_the_way(recording: trundle.Recording) -> None:
+def test_a_refused_push_is_discarded(recording: trundle.Recording) -> None:
     online = trundle.Online(recording.metadata)
     columns = next(iter(recording.episodes.values()))
     few = {key: column[:8] for key, column in columns.items()}
@@ -97,9 +97,7 @@ def test_a_push_that_was_refused_does_not_stay_in_the_way(recording: trundle.Rec
 
 
 @pytest.mark.parametrize("before", [0, 1])
-def test_a_push_that_ends_in_nonsense_leaves_the_estimate_as_it_was(
-    recording: trundle.Recording, before: int
-) -> None:
+def test_an_invalid_push_does_not_change_the_estimate(recording: trundle.Recording, before: int) -> None:
     online = trundle.Online(recording.metadata)
     first, columns = list(recording.episodes.values())[:2]
     for push in [first][:before]:
@@ -119,7 +117,7 @@ def test_a_push_that_ends_in_nonsense_leaves_the_estimate_as_it_was(
     assert online.pushes == before + 1
 
 
-def test_what_cannot_be_used_is_refused_and_changes_nothing(recording: trundle.Recording) -> None:
+def test_unusable_input_is_refused_without_effect(recording: trundle.Recording) -> None:
     online = trundle.Online(recording.metadata)
     with pytest.raises(trundle.TrundleError, match="no push"):
         online.update()

@@ -1,4 +1,4 @@
-"""Calibrations go on where they were stopped, and refuse to mix."""
+"""Calibrations continue after an interruption, and are not mixed."""
 
 from pathlib import Path
 
@@ -42,7 +42,7 @@ def config(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_calibration_goes_on_where_it_was_stopped(config: Path, tmp_path: Path) -> None:
+def test_an_interrupted_calibration_continues(config: Path, tmp_path: Path) -> None:
     out = tmp_path / "rounds.jsonl"
     calibrate(config, replicates=3, out=out)
     first = out.read_text(encoding="utf-8").splitlines()

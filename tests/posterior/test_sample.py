@@ -1,4 +1,4 @@
-"""Draws of the posterior of a small recording, and what is said of them."""
+"""Draws of the posterior of a small recording, and their diagnostics."""
 
 from pathlib import Path
 
@@ -61,13 +61,13 @@ def test_draws_have_names_and_shapes(posterior: trundle.Posterior) -> None:
     assert all(values.shape == (2, 60) for values in posterior.stats.values())
 
 
-def test_a_run_that_is_too_short_says_so(posterior: trundle.Posterior) -> None:
+def test_a_short_run_has_not_converged(posterior: trundle.Posterior) -> None:
     assert not posterior.converged
     assert posterior.summary["verdict"].startswith("NOT CONVERGED: ")
     assert "effective draws" in posterior.summary["verdict"]
 
 
-def test_chains_that_do_not_agree_are_found_out() -> None:
+def test_disagreeing_chains_are_detected() -> None:
     rng = np.random.default_rng(0)
     summary = {
         "method": "nuts",
@@ -92,7 +92,7 @@ def test_predictions_cover_the_episodes_by_name(posterior: trundle.Posterior) ->
         assert np.isfinite(poses.values).all()
 
 
-def test_inference_data_survives_the_disk(posterior: trundle.Posterior, tmp_path: Path) -> None:
+def test_inference_data_is_restored_from_disk(posterior: trundle.Posterior, tmp_path: Path) -> None:
     groups = {"posterior", "sample_stats", "posterior_predictive", "observed_data"}
     data = posterior.to_inference_data()
     assert groups <= {
@@ -104,8 +104,8 @@ def test_inference_data_survives_the_disk(posterior: trundle.Posterior, tmp_path
     assert [p.name for p in tmp_path.iterdir()] == ["posterior.nc"]
 
 
-def test_what_the_data_do_not_hold_has_no_number(recording: Path) -> None:
-    # A wheel that resists nothing: where it stands is not in the data.
+def test_unidentifiable_parameters_have_no_number(recording: Path) -> None:
+    # The position of a wheel without friction is not identifiable.
     text = """
 format = "trundle-model/1"
 [body]
@@ -126,9 +126,7 @@ mu_y = 1e-3
     ("change", "words"),
     [({"chains": 0}, "chains = 0"), ({"draws": -1}, "draws = -1"), ({"method": "gibbs"}, "gibbs")],
 )
-def test_settings_that_make_no_sense_are_refused(
-    recording: Path, change: dict[str, object], words: str
-) -> None:
+def test_invalid_settings_are_refused(recording: Path, change: dict[str, object], words: str) -> None:
     with pytest.raises(trundle.TrundleError, match=words):
         trundle.sample(recording, **change)  # type: ignore[arg-type]
 

@@ -1,4 +1,4 @@
-"""The published data sets, imported; their tests are skipped where the data are absent."""
+"""The imported published data sets; their tests are skipped without the data."""
 
 from __future__ import annotations
 

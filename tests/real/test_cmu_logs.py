@@ -1,31 +1,39 @@
-"""CMU's continuous logs: viscous against dry friction from the motion along the way."""
+"""CMU continuous logs: viscous and dry friction compared."""
 
 from __future__ import annotations
 
 import pytest
 
 import trundle
-from examples.real_recordings import EARLIER, LATER, MODELS, holding_out, straight, under_body, wrench_r2
+from examples.real_recordings import (
+    EARLIER,
+    LATER,
+    MODELS,
+    compare_under_body,
+    straight_sliding_force,
+    with_held_out,
+    wrench_r2,
+)
 
 
 @pytest.fixture(params=[*LATER, *EARLIER])
 def held_out(
     request: pytest.FixtureRequest, later_logs: trundle.Recording, earlier_logs: trundle.Recording
 ) -> trundle.Recording:
-    """The logs of one load and floor, of which one is held out."""
-    return holding_out(later_logs if request.param in LATER else earlier_logs, request.param)
+    """The logs with one load and floor, one of them held out."""
+    return with_held_out(later_logs if request.param in LATER else earlier_logs, request.param)
 
 
 def test_dry_friction_explains_each_held_out_log_better(held_out: trundle.Recording) -> None:
-    """Under a face whose pressure nobody knows: both laws may draw it together or apart."""
-    viscous, dry, friction = under_body(held_out)
+    """The pressure under the face is unknown; both laws have a parameter for its spread."""
+    viscous, dry, friction = compare_under_body(held_out)
     assert dry > viscous + 0.01
     assert dry > 0.9
     later = held_out.metadata["split"]["held_out"][0] in LATER
     assert friction == pytest.approx(0.73 if later else 0.355, rel=0.1)
 
 
-def test_the_force_alone_is_explained_better_too(held_out: trundle.Recording) -> None:
+def test_dry_friction_explains_the_force_better(held_out: trundle.Recording) -> None:
     force = {
         law: trundle.diagnose(held_out, MODELS / f"{law}_under_body.toml").answer["fit"]["held_out"]["before"]
         for law in ("drag", "friction")
@@ -34,12 +42,12 @@ def test_the_force_alone_is_explained_better_too(held_out: trundle.Recording) ->
 
 
 @pytest.mark.parametrize("log", LATER)
-def test_the_diagnosis_says_dry_friction(later_logs: trundle.Recording, log: str) -> None:
-    split = holding_out(later_logs, log)
+def test_the_diagnosis_names_dry_friction(later_logs: trundle.Recording, log: str) -> None:
+    split = with_held_out(later_logs, log)
     found = trundle.diagnose(split)
     assert found.verdict == "explained"
     assert found.missing[0] == "coulomb_friction"
-    # A damping of the spin stood for the unknown pressure before the pressure was a parameter.
+    # Without a parameter for the pressure, spin damping would replace it.
     assert "second_wheel" not in found.missing
     corners = split.metadata["object"]["footprint"]
     assert wrench_r2(found.series, corners, "after") > wrench_r2(found.series, corners) + 0.05
@@ -53,11 +61,11 @@ def test_the_diagnosis_says_dry_friction(later_logs: trundle.Recording, log: str
     assert after < before
 
 
-def test_the_earlier_logs_are_of_another_load_or_floor(
+def test_the_earlier_logs_have_another_load_or_floor(
     earlier_logs: trundle.Recording, later_logs: trundle.Recording
 ) -> None:
-    """Why they are a recording of their own: sliding straight takes half the force."""
-    earlier, later = straight(earlier_logs), straight(later_logs)
+    """They are a separate recording because straight sliding takes half the force."""
+    earlier, later = straight_sliding_force(earlier_logs), straight_sliding_force(later_logs)
     assert sorted(earlier) == list(EARLIER)
     assert sorted(later) == list(LATER)
     assert max(earlier.values()) < 0.7 * min(later.values())

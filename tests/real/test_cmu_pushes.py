@@ -1,4 +1,4 @@
-"""CMU's pushes: viscous against dry friction under a body whose feet and weight are known."""
+"""CMU pushes: viscous and dry friction compared, under a body with known feet and weight."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trundle
-from examples.real_recordings import under_body, wrench_r2
+from examples.real_recordings import compare_under_body, wrench_r2
 
 SETS = [
     "hardboard__10_130_10_10_10_130",
@@ -19,13 +19,13 @@ SETS = [
 
 @pytest.fixture(scope="module")
 def compared(pushes: dict[str, trundle.Recording]) -> dict[str, tuple[float, float, float]]:
-    return {name: under_body(recording) for name, recording in pushes.items()}
+    return {name: compare_under_body(recording) for name, recording in pushes.items()}
 
 
 def test_dry_friction_explains_held_out_pushes_better(
     compared: dict[str, tuple[float, float, float]],
 ) -> None:
-    """By another's estimate 0.864 for viscous, 0.913 for dry friction on average over ten such sets."""
+    """An independent estimate over ten such sets: 0.864 for viscous, 0.913 for dry friction on average."""
     assert list(compared) == SETS
     for name, (viscous, dry, _) in compared.items():
         assert dry > viscous + 0.01, name
@@ -34,7 +34,7 @@ def test_dry_friction_explains_held_out_pushes_better(
     assert dry == pytest.approx(0.926, abs=0.02)
 
 
-def test_the_friction_is_that_of_the_authors_pull_test(
+def test_the_friction_agrees_with_the_pull_test(
     compared: dict[str, tuple[float, float, float]],
 ) -> None:
     """They pulled the object with 4.2 N."""
@@ -43,7 +43,7 @@ def test_the_friction_is_that_of_the_authors_pull_test(
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_the_diagnosis_says_dry_friction_under_the_body(
+def test_the_diagnosis_names_dry_friction_under_the_body(
     pushes: dict[str, trundle.Recording], name: str
 ) -> None:
     found = trundle.diagnose(pushes[name])
@@ -55,7 +55,7 @@ def test_the_diagnosis_says_dry_friction_under_the_body(
     assert effect["explains"] > 0.1
     corners = pushes[name].metadata["object"]["footprint"]
     assert wrench_r2(found.series, corners, "after") > wrench_r2(found.series, corners) + 0.02
-    # The object was weighed, and its mass is not in slow pushes.
+    # The mass was weighed; slow pushes do not identify it.
     assert "mass" not in found.answer["nominal"]["after"]
     for figures in found.answer["fit"]["held_out"].values():
         given = {key for key, value in figures.items() if value is not None}

@@ -1,4 +1,4 @@
-"""EMPS: from mass and viscous friction to what its publication identified."""
+"""EMPS: fits and diagnosis compared with the publication."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def window(summary: dict[str, Any]) -> float:
     return 1e3 * float(summary["held_out"]["window_position_rmse"])
 
 
-def test_dry_friction_and_an_offset_are_the_published_ones(fits: dict[str, dict[str, Any]]) -> None:
+def test_dry_friction_and_offset_agree_with_the_publication(fits: dict[str, dict[str, Any]]) -> None:
     """Janot, Gautier and Brunot 2019: 95.11 kg, 203.5 N·s/m, 20.39 N, -3.16 N."""
     found = values(fits["rail_dry_bias"])
     assert found["mass"] == pytest.approx(95.11, rel=0.01)
@@ -36,16 +36,16 @@ def test_dry_friction_and_an_offset_are_the_published_ones(fits: dict[str, dict[
     assert found["force_x"] == pytest.approx(-3.16, rel=0.03)
 
 
-def test_friction_by_direction_is_the_published_one(fits: dict[str, dict[str, Any]]) -> None:
-    """The same, with friction that depends on direction: 166.7 forth, 240.4 back, 20.1 and 20.6 N."""
+def test_friction_by_direction_agrees_with_the_publication(fits: dict[str, dict[str, Any]]) -> None:
+    """The same with friction by direction: 166.7 forward, 240.4 back, 20.1 and 20.6 N."""
     found = values(fits["rail_directional"])
     assert found["mu_x"] + found["difference"] == pytest.approx(166.7, rel=0.03)
     assert found["mu_x"] - found["difference"] == pytest.approx(240.4, rel=0.045)
     assert found["force"] == pytest.approx(20.35, rel=0.03)
 
 
-def test_each_law_improves_what_was_never_fitted(fits: dict[str, dict[str, Any]]) -> None:
-    """One second ahead: 6.2, 2.0 and 1.4 mm by another's estimate of the same three models."""
+def test_each_law_improves_the_held_out_error(fits: dict[str, dict[str, Any]]) -> None:
+    """An independent estimate of the three models, one second ahead: 6.2, 2.0 and 1.4 mm."""
     assert window(fits["rail_viscous"]) == pytest.approx(6.4, abs=0.4)
     assert window(fits["rail_dry_bias"]) == pytest.approx(2.05, abs=0.15)
     assert window(fits["rail_directional"]) == pytest.approx(1.45, abs=0.15)
@@ -53,13 +53,13 @@ def test_each_law_improves_what_was_never_fitted(fits: dict[str, dict[str, Any]]
     assert open_loop[1] < 0.11 * open_loop[0]
 
 
-def test_bias_and_slope_are_one_on_a_rail(fits: dict[str, dict[str, Any]]) -> None:
+def test_bias_and_slope_are_indistinguishable_on_a_rail(fits: dict[str, dict[str, Any]]) -> None:
     bias, slope = values(fits["rail_dry_bias"]), values(fits["rail_dry_slope"])
     assert slope["accel_x"] * slope["mass"] == pytest.approx(-bias["force_x"], rel=2e-3)
     assert window(fits["rail_dry_slope"]) == pytest.approx(window(fits["rail_dry_bias"]), rel=2e-3)
 
 
-def test_the_diagnosis_names_them(axis: trundle.Recording) -> None:
+def test_the_diagnosis_names_the_published_effects(axis: trundle.Recording) -> None:
     found = trundle.diagnose(axis, MODELS / "rail_viscous.toml")
     assert found.verdict == "explained"
     # The offset, or friction by direction, which takes its place.
@@ -70,7 +70,7 @@ def test_the_diagnosis_names_them(axis: trundle.Recording) -> None:
     assert after["window_position_rmse"] < 2.1e-3
     assert after["heading_rmse"] is None
     assert found.answer["mismatch"]["regime"]
-    # The screw's ripple remains, and is the largest period.
+    # The ripple of the screw remains and is the largest period.
     largest = found.answer["residual"]["periods"][0]
     assert largest["of"] == "position"
     assert largest["period"] == pytest.approx(2.5e-3, rel=0.01)
@@ -79,7 +79,7 @@ def test_the_diagnosis_names_them(axis: trundle.Recording) -> None:
     assert "latency" in {effect["effect"] for effect in found.answer["immaterial"]}
 
 
-def test_what_remains_is_a_ripple_of_the_screw_and_a_delay_of_the_drive(
+def test_the_residual_is_a_ripple_and_a_delay(
     axis: trundle.Recording, fits: dict[str, dict[str, Any]]
 ) -> None:
     fitted = [p["mean"] for p in fits["rail_directional"]["parameters"]]

@@ -1,4 +1,4 @@
-"""The pneumatic seal: friction that a recording at one pressure determines less well than one at several."""
+"""Pneumatic seal: one pressure determines the friction less well than several."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import trundle
 from examples.real_recordings import ALL_PRESSURES, SEALS
 
 CONSTANT = {"force_bias", "floor_slope", "directional_friction"}
-"""A constant force along the rail, and what equals one where each direction has one speed."""
+"""Effects that are equivalent to a constant force if each direction has one speed."""
 
 
 @pytest.fixture(scope="module")
@@ -23,20 +23,20 @@ def force(found: trundle.Diagnosis, when: str) -> float:
 
 @pytest.mark.parametrize("name", SEALS)
 def test_at_one_pressure_the_offset_is_named(diagnosed: dict[str, trundle.Diagnosis], name: str) -> None:
-    """Dry friction may be named as well, and nothing else."""
+    """Dry friction is the only further effect that may be named."""
     found = diagnosed[name]
     assert found.verdict == "explained"
     assert set(found.missing) & CONSTANT
     assert set(found.missing) <= CONSTANT | {"coulomb_friction"}
     for effect in found.answer["missing"]:
-        # Each of the three is as good as the others: none is certain.
+        # The three effects are tied, so none is certain.
         assert effect["effect"] == "coulomb_friction" or effect["probability"] < 0.9
     assert force(found, "after") < 0.4 * force(found, "before")
 
 
 @pytest.mark.parametrize("name", SEALS)
 def test_each_direction_has_one_speed(seals: dict[str, trundle.Recording], name: str) -> None:
-    """Why a viscous law with an offset explains as much as a dry one: two speeds, two forces."""
+    """Two speeds give two forces, which a viscous law with an offset explains like a dry one."""
     speeds: dict[bool, list[float]] = {False: [], True: []}
     for table in seals[name].episodes.values():
         t, x = table["t"], table["object_x"]
@@ -51,7 +51,7 @@ def test_each_direction_has_one_speed(seals: dict[str, trundle.Recording], name:
 def test_at_several_pressures_dry_friction_is_named(
     diagnosed: dict[str, trundle.Diagnosis], name: str
 ) -> None:
-    """Alone, or tied with friction that depends on direction: then its probability says so."""
+    """Alone, or tied with friction by direction and then with a lower probability."""
     found = diagnosed[name]
     assert found.verdict == "explained"
     probability = {effect["effect"]: effect["probability"] for effect in found.answer["missing"]}

@@ -1,4 +1,4 @@
-"""The smallest recording that has everything."""
+"""A minimal recording with all features."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def recording(metadata: dict[str, Any], tables: Tables) -> trundle.Recording:
 
 @pytest.fixture
 def folder(recording: trundle.Recording, tmp_path: Path) -> Path:
-    """Metadata of a valid recording; its table is for the test to write."""
+    """A folder with valid metadata; the test writes the table."""
     recording.write(tmp_path / "run")
     (tmp_path / "run" / "episode_00.csv").unlink()
     return tmp_path / "run"

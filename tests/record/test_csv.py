@@ -1,4 +1,4 @@
-"""CSV as others write it."""
+"""CSV files of other programs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WAYS: dict[str, Callable[[str], bytes]] = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_every_way_of_writing(recording: trundle.Recording, folder: Path, way: str) -> None:
+def test_csv_dialects(recording: trundle.Recording, folder: Path, way: str) -> None:
     frame = recording.frame("episode_00")
     frame.loc[2, "note_remark"] = "one line"
     text = frame.to_csv(index=False, lineterminator="\n")
@@ -38,7 +38,7 @@ def test_every_way_of_writing(recording: trundle.Recording, folder: Path, way: s
     assert list(read["note_remark"]) == list(frame["note_remark"])
 
 
-def test_numbers_are_written_as_short_as_is_exact(recording: trundle.Recording, tmp_path: Path) -> None:
+def test_numbers_have_the_shortest_exact_form(recording: trundle.Recording, tmp_path: Path) -> None:
     recording.write(tmp_path / "run")
     lines = (tmp_path / "run" / "episode_00.csv").read_text().splitlines()
     assert lines[0] == "t,object_x,object_y,object_theta,force_x,force_y,torque_z,note_remark"

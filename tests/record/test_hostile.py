@@ -1,4 +1,4 @@
-"""Recordings that are made to mislead or to exhaust."""
+"""Malicious recordings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NAMES = {
 
 
 @pytest.mark.parametrize("name", NAMES.values(), ids=list(NAMES))
-def test_a_name_that_steers_the_terminal_is_refused_and_shown_escaped(
+def test_control_characters_in_names_are_refused_and_escaped(
     recording: trundle.Recording, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "run"
@@ -39,7 +39,9 @@ def test_a_name_that_steers_the_terminal_is_refused_and_shown_escaped(
 
 
 @pytest.mark.parametrize("name", NAMES.values(), ids=list(NAMES))
-def test_so_is_one_of_a_recording_in_memory(metadata: dict[str, Any], tables: Tables, name: str) -> None:
+def test_control_characters_are_refused_in_memory(
+    metadata: dict[str, Any], tables: Tables, name: str
+) -> None:
     with pytest.raises(trundle.TrundleError, match="is not a valid episode name") as refused:
         trundle.Recording(metadata, {name: tables["episode_00"]})
     assert "\x1b" not in str(refused.value)
@@ -48,7 +50,7 @@ def test_so_is_one_of_a_recording_in_memory(metadata: dict[str, Any], tables: Ta
         trundle.Recording(metadata | {"name": name}, tables)
 
 
-def test_a_columns_name_is_shown_escaped(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_column_names_are_escaped_in_messages(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "episode_00.csv").write_text("t,b\x1b[3m\n0,1\n")
     assert main(["check", str(folder)]) == 2
     said = capsys.readouterr().err
@@ -56,13 +58,13 @@ def test_a_columns_name_is_shown_escaped(folder: Path, capsys: pytest.CaptureFix
     assert "\x1b" not in said
 
 
-def test_a_name_in_any_script_is_a_name(metadata: dict[str, Any], tables: Tables) -> None:
+def test_names_may_use_any_script(metadata: dict[str, Any], tables: Tables) -> None:
     for name in ("Übung 3", "推す_01", "push-1.a"):
         trundle.Recording(metadata, {name: tables["episode_00"]})
 
 
-def test_many_columns_take_time_in_proportion(folder: Path) -> None:
-    """With every pair of titles compared, these would be a minute and more."""
+def test_the_time_is_linear_in_the_number_of_columns(folder: Path) -> None:
+    """A comparison of every pair of titles would take more than a minute."""
     names = [f"note_{k}" for k in range(100_000)]
     columns = ["t", "object_x", "object_y", "object_theta", "force_x", "force_y", "torque_z"]
     rows = [f"{k},{k},0,0,1,0,0" + "," * len(names) for k in range(3)]
@@ -74,8 +76,8 @@ def test_many_columns_take_time_in_proportion(folder: Path) -> None:
     assert time.process_time() - begun < 10
 
 
-def test_a_small_parquet_file_must_not_take_gigabytes(folder: Path) -> None:
-    """A sentence of 300 letters in each of a million rows is stored once."""
+def test_a_small_parquet_file_does_not_take_gigabytes(folder: Path) -> None:
+    """A text of 300 characters in each of a million rows is stored once."""
     pa = pytest.importorskip("pyarrow", reason="pyarrow makes the file")
     pq = pytest.importorskip("pyarrow.parquet")
     rows = 1_000_000

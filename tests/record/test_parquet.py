@@ -1,4 +1,4 @@
-"""Parquet as others write it."""
+"""Parquet files of other programs."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ WAYS: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_every_way_of_storing(recording: trundle.Recording, folder: Path, way: str) -> None:
+def test_storage_options(recording: trundle.Recording, folder: Path, way: str) -> None:
     table = pa.Table.from_pandas(recording.frame("episode_00"), preserve_index=False)
     pq.write_table(table, folder / "episode_00.parquet", **WAYS[way])
     assert trundle.read(folder) == recording
 
 
-def test_null_and_nan_are_both_empty(recording: trundle.Recording, tables: Tables, folder: Path) -> None:
+def test_null_and_nan_are_missing_samples(recording: trundle.Recording, tables: Tables, folder: Path) -> None:
     columns = {name: pa.array(cells, from_pandas=False) for name, cells in tables["episode_00"].items()}
     pose = tables["episode_00"]["object_y"]
     columns["object_y"] = pa.array([None if np.isnan(y) else y for y in pose])
@@ -87,7 +87,7 @@ def test_notes_of_other_types_become_text(recording: trundle.Recording, folder: 
     assert episode["note_remark"][3] == ""
 
 
-def test_pandas_reads_what_is_written(recording: trundle.Recording, tmp_path: Path) -> None:
+def test_pandas_reads_the_written_file(recording: trundle.Recording, tmp_path: Path) -> None:
     recording.write(tmp_path / "run", "parquet")
     frame = pd.read_parquet(tmp_path / "run" / "episode_00.parquet")
     pd.testing.assert_frame_equal(frame, recording.frame("episode_00"), check_exact=True, check_dtype=False)
@@ -118,7 +118,7 @@ REFUSED: dict[str, tuple[str, pa.Array, str]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_refused(recording: trundle.Recording, folder: Path, case: str) -> None:
+def test_invalid_columns_are_refused(recording: trundle.Recording, folder: Path, case: str) -> None:
     name, cells, message = REFUSED[case]
     table = pa.Table.from_pandas(recording.frame("episode_00"), preserve_index=False)
     if name in table.column_names:
@@ -129,7 +129,7 @@ def test_refused(recording: trundle.Recording, folder: Path, case: str) -> None:
     assert f"episode_00.parquet, {message}" in str(refusal.value)
 
 
-def test_a_codec_that_is_not_read(recording: trundle.Recording, folder: Path) -> None:
+def test_an_unsupported_codec_is_refused(recording: trundle.Recording, folder: Path) -> None:
     recording.frame("episode_00").to_parquet(folder / "episode_00.parquet", compression="brotli")
     with pytest.raises(
         trundle.TrundleError, match=r"export it again \(uncompressed, snappy, gzip, lz4 or zstd\)"
@@ -137,7 +137,7 @@ def test_a_codec_that_is_not_read(recording: trundle.Recording, folder: Path) ->
         trundle.read(folder)
 
 
-def test_text_in_the_place_of_parquet(folder: Path) -> None:
+def test_a_text_file_is_refused(folder: Path) -> None:
     (folder / "episode_00.parquet").write_text("t,force_x\n0,1\n")
     with pytest.raises(trundle.TrundleError, match=r"episode_00\.parquet: not a readable Parquet file: "):
         trundle.read(folder)

@@ -1,4 +1,4 @@
-"""Recordings made, written and read in Python."""
+"""Recordings created, written and read in Python."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Tables = dict[str, dict[str, Any]]
 
 
 @pytest.mark.parametrize("table", ["csv", "parquet"])
-def test_reading_undoes_writing(
+def test_the_round_trip_is_exact(
     recording: trundle.Recording, tables: Tables, tmp_path: Path, table: Literal["csv", "parquet"]
 ) -> None:
     recording.write(tmp_path / "run", table)
@@ -40,13 +40,13 @@ def test_reading_undoes_writing(
             np.testing.assert_array_equal(again.episodes["episode_00"][name], cells)
 
 
-def test_columns_come_in_the_order_of_the_format(recording: trundle.Recording) -> None:
+def test_columns_have_the_order_of_the_format(recording: trundle.Recording) -> None:
     names = ["t", "object_x", "object_y", "object_theta", "force_x", "force_y", "torque_z", "note_remark"]
     assert list(recording.episodes["episode_00"]) == names
     assert list(recording.frame("episode_00").columns) == names
 
 
-def test_episodes_come_in_the_order_of_their_names(metadata: dict[str, Any], tables: Tables) -> None:
+def test_episodes_are_sorted_by_name(metadata: dict[str, Any], tables: Tables) -> None:
     one = tables["episode_00"]
     assert list(trundle.Recording(metadata, {"b": one, "a": one, "A": one}).episodes) == ["A", "a", "b"]
 
@@ -61,13 +61,13 @@ def test_arrays_are_shared_and_read_only_and_frames_are_copies(recording: trundl
     assert recording.episodes["episode_00"]["t"][0] == 0.0
 
 
-def test_a_frame_is_an_episode(recording: trundle.Recording, metadata: dict[str, Any]) -> None:
+def test_a_data_frame_is_an_episode(recording: trundle.Recording, metadata: dict[str, Any]) -> None:
     frame = recording.frame("episode_00")
     assert trundle.Recording(metadata, {"episode_00": frame}) == recording
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.int64, list, pd.Series])
-def test_whatever_numpy_takes_for_numbers(metadata: dict[str, Any], tables: Tables, kind: Any) -> None:
+def test_numeric_types(metadata: dict[str, Any], tables: Tables, kind: Any) -> None:
     table = tables["episode_00"]
     whole = np.arange(9)
     table["force_x"] = kind(whole) if kind in (list, pd.Series) else whole.astype(kind)
@@ -77,7 +77,7 @@ def test_whatever_numpy_takes_for_numbers(metadata: dict[str, Any], tables: Tabl
     np.testing.assert_array_equal(read["force_y"], 2 * whole)
 
 
-def test_metadata_come_back_with_what_was_left_out(recording: trundle.Recording) -> None:
+def test_metadata_include_defaults(recording: trundle.Recording) -> None:
     assert recording.name == "a table"
     assert recording.metadata["at_rest"] is True
     assert recording.metadata["object"]["dof"] == ["x", "y", "theta"]
@@ -109,7 +109,7 @@ def test_numpy_values_are_metadata(metadata: dict[str, Any], tables: Tables) -> 
 
 
 @pytest.mark.parametrize("copy", [copy.deepcopy, lambda recording: pickle.loads(pickle.dumps(recording))])
-def test_it_can_be_sent_to_another_process(recording: trundle.Recording, copy: Any) -> None:
+def test_a_recording_can_be_pickled(recording: trundle.Recording, copy: Any) -> None:
     assert copy(recording) == recording
 
 
@@ -143,11 +143,11 @@ def test_other_threads_run_while_a_recording_is_read(metadata: dict[str, Any], t
     while reader.is_alive():
         turns.append(time.perf_counter())
     begin, end = span
-    # With the interpreter held while the file is read, this thread would get no turn in the middle.
+    # This thread could not run if the reader held the interpreter.
     assert any(0.3 < (turn - begin) / (end - begin) < 0.7 for turn in turns)
 
 
-def test_a_folder_of_something_else_is_left_alone(recording: trundle.Recording, tmp_path: Path) -> None:
+def test_an_unrelated_folder_is_not_changed(recording: trundle.Recording, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(
         trundle.TrundleError, match=r"already exists and is not a recording; choose another path"

@@ -1,4 +1,4 @@
-"""What Python alone can get wrong; the rest is tested in Rust, message by message."""
+"""Errors that are specific to Python; Rust tests cover the others."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def test_it_is_a_value_error() -> None:
 
 
 @pytest.mark.parametrize("as_path", [str, Path])
-def test_nothing_there(as_path: type) -> None:
+def test_missing_folders(as_path: type) -> None:
     with pytest.raises(trundle.TrundleError) as refusal:
         trundle.read(as_path("missing"))
     assert str(refusal.value) == (
@@ -88,17 +88,17 @@ def test_columns(metadata: dict[str, Any], tables: Tables, case: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["", ".", "..", ".hidden", "a/b", "/a", "a\\b", "a\0b", "a/"])
-def test_names_that_are_no_files(metadata: dict[str, Any], tables: Tables, name: str) -> None:
+def test_invalid_names(metadata: dict[str, Any], tables: Tables, name: str) -> None:
     with pytest.raises(trundle.TrundleError, match="is not a valid episode name"):
         trundle.Recording(metadata, {name: tables["episode_00"]})
 
 
-def test_no_such_episode(recording: trundle.Recording) -> None:
+def test_unknown_episodes(recording: trundle.Recording) -> None:
     with pytest.raises(trundle.TrundleError, match=r'^"b" is no episode of a table; there are: episode_00$'):
         recording.frame("b")
 
 
-def test_no_such_kind_of_table(recording: trundle.Recording, tmp_path: Path) -> None:
+def test_unknown_table_formats(recording: trundle.Recording, tmp_path: Path) -> None:
     with pytest.raises(trundle.TrundleError, match='table = "xlsx": choose "csv" or "parquet"'):
         recording.write(tmp_path / "run", "xlsx")  # type: ignore[arg-type]
     assert not (tmp_path / "run").exists()

@@ -1,4 +1,4 @@
-"""Recordings that several tests corrupt, each in its own way."""
+"""Clean recordings that tests corrupt."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Kinds = set[str]
 
 @pytest.fixture(scope="session")
 def clean() -> tuple[dict[str, Any], TABLES]:
-    """Metadata and columns of a clean recording; to be copied before they are changed."""
+    """Metadata and columns of a clean recording; copy before a change."""
     table = Table()
     return metadata(table), tables(table)
 

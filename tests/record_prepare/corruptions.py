@@ -1,4 +1,4 @@
-"""Corruptions of clean recordings, each with the kind of finding and words of the remedy it must get."""
+"""Corruptions of clean recordings, with the expected kind of finding and words of its remedy."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ KGF = 9.80665
 
 @dataclass(frozen=True)
 class Corruption:
-    """A change of a clean recording, what finds it, and on which recordings it can be seen at all."""
+    """A change of a clean recording, its finding, and the recordings on which it is detectable."""
 
     change: Change
     kinds: tuple[str, ...]
     words: tuple[str, ...]
-    """One of which sentence or remedy must hold."""
+    """Words, of which the sentence or the remedy must contain one."""
     chosen: dict[str, Any]
-    """What the clean recording is drawn with."""
+    """Fixed choices of the clean recording."""
 
     def apply(self, drawn: Drawn) -> tuple[dict[str, Any], Tables]:
         """Return metadata and tables of the corrupted recording."""
@@ -39,7 +39,7 @@ class Corruption:
         return metadata, tables
 
     def found(self, findings: list[dict[str, Any]]) -> bool:
-        """Tell whether the finding is there, with the right remedy."""
+        """Return whether the finding exists, with the right remedy."""
         return any(
             finding["kind"] in self.kinds
             and finding["severity"] != "note"
@@ -65,7 +65,7 @@ def scaled(factors: dict[str, float], *, footprint: float = 1.0) -> Change:
 
 
 def late(seconds: float, *, drift: float = 0.0, jump: float = 0.0, one: bool = False) -> Change:
-    """Stamp the wrench late, with a clock that drifts, or one that jumps half way in one or all episodes."""
+    """Delay the wrench, or let its clock drift, or jump in the middle of one or all episodes."""
 
     def change(_: Drawn, metadata: dict[str, Any], tables: Tables) -> None:
         for k, (name, columns) in enumerate(tables.items()):
@@ -134,7 +134,7 @@ def other_frame(frame: str) -> Change:
 
 
 def frozen(_: Drawn, __: dict[str, Any], tables: Tables) -> None:
-    """Hold the gripper's first pose, with its noise, in all episodes."""
+    """Keep the first pose of the gripper, with noise, in all episodes."""
     rng = np.random.default_rng(5)
     for columns in tables.values():
         held = ~np.isnan(columns["gripper_x"])
@@ -143,7 +143,7 @@ def frozen(_: Drawn, __: dict[str, Any], tables: Tables) -> None:
 
 
 def gap(streams: tuple[str, ...]) -> Change:
-    """Leave out a second of streams in one episode."""
+    """Remove one second of streams in one episode."""
 
     def change(_: Drawn, __: dict[str, Any], tables: Tables) -> None:
         columns = tables["episode_01"]
@@ -160,7 +160,7 @@ def gap(streams: tuple[str, ...]) -> Change:
 
 
 def another_object(drawn: Drawn, metadata: dict[str, Any], tables: Tables) -> None:
-    """Record another, heavier object in one episode, by the same instruments."""
+    """Record a heavier object in one episode, with the same instruments."""
     del metadata, drawn
     other = draw(
         977, contact="grasp", frame="sensor", slow=False, raw=False, sign="on_object", rates=(100.0, 200.0)
@@ -169,7 +169,7 @@ def another_object(drawn: Drawn, metadata: dict[str, Any], tables: Tables) -> No
 
 
 def not_tared(drawn: Drawn, metadata: dict[str, Any], tables: Tables) -> None:
-    """Add an offset that nothing takes off."""
+    """Add an offset that is not tared."""
     del drawn
     peak = np.nanquantile(np.hypot(tables["episode_00"]["force_x"], tables["episode_00"]["force_y"]), 0.95)
     for columns in tables.values():

@@ -1,4 +1,4 @@
-"""A simulated table with a viscous wheel, pushed by a firm grasp: recordings whose truth is known."""
+"""A simulated table with a viscous wheel, pushed by a rigid grasp, with known truth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MASS, INERTIA = 22.0, 3.8
 GRASP = np.array([-0.6, 0.1, 0.3])
 """Pose of the gripper in the object frame."""
 OFFSET = np.array([3.0, -2.0, 0.2])
-"""What the sensor reads when nothing touches it."""
+"""Reading of the sensor without contact."""
 NOISE: dict[str, Any] = {"pose": [5e-4, 5e-4, 1.7e-3], "force": 0.4, "torque": 0.05}
 STEP = 1e-3
 TABLES = dict[str, dict[str, Any]]
@@ -25,7 +25,7 @@ TABLES = dict[str, dict[str, Any]]
 
 @dataclass(frozen=True)
 class Table:
-    """What is simulated; `wheel` is x, y, angle, mu_x, mu_y as in the paper's equation 3."""
+    """A simulated table; `wheel` is x, y, angle, mu_x, mu_y as in equation 3 of the paper."""
 
     wheel: tuple[float, float, float, float, float] = (-0.5, -0.3, 0.2, 15.0, 180.0)
     dry: float = 0.0
@@ -50,7 +50,7 @@ def transport(frame: Floats, wrench: Floats) -> Floats:
 
 
 def drag(table: Table, twist: Floats) -> Floats:
-    """Wrench of the floor on the table, body axes about its origin."""
+    """Return the wrench of the floor on the table, body axes about its origin."""
     x, y, angle, mu_x, mu_y = table.wheel
     velocity = twist[:2] + twist[2] * np.array([-y, x])
     rolled = turn(angle).T @ velocity
@@ -72,7 +72,7 @@ def push(table: Table, episode: int, t: float, rng_phase: Floats) -> Floats:
 
 @dataclass
 class Truth:
-    """One episode without noise; every row one time step."""
+    """One episode without noise, a row per time step."""
 
     t: Floats
     pose: Floats
@@ -148,7 +148,7 @@ def metadata(table: Table) -> dict[str, Any]:
 
 
 def tables(table: Table, noise: float = 1.0) -> TABLES:
-    """The episodes' columns; `noise` scales what the instruments add."""
+    """Return the columns of the episodes; `noise` scales the noise of the instruments."""
     rng = np.random.default_rng(table.seed)
     names = [f"episode_{i:02}" for i in range(table.episodes)]
     return {name: observed(simulate(table, i), rng, noise) for i, name in enumerate(names)}

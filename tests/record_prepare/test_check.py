@@ -1,4 +1,4 @@
-"""`trundle.check` says nothing of clean recordings, and names each corruption."""
+"""`trundle.check` has no findings on clean recordings, and names each corruption."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ CLEAN = {
 
 
 @pytest.mark.parametrize("table", CLEAN.values(), ids=CLEAN.keys())
-def test_clean_recordings_are_not_complained_of(table: Table) -> None:
+def test_clean_recordings_have_no_findings(table: Table) -> None:
     findings = trundle.check(recording(table))
     assert [f for f in findings if f["severity"] != "note"] == []
     assert "mass" not in kinds(findings, "note")
@@ -59,7 +59,7 @@ def in_world_axes(_: dict[str, Any], episodes: TABLES) -> None:
                 columns[axis][row] = value
 
 
-def test_a_wrench_in_world_axes_without_a_gripper_is_not_complained_of(found: Found) -> None:
+def test_a_wrench_in_world_axes_without_a_gripper_has_no_findings(found: Found) -> None:
     def corrupt(described: dict[str, Any], episodes: TABLES) -> None:
         in_world_axes(described, episodes)
         described["wrench"] = {"frame": "world", "reference": "object", "sign": "on_object"}
@@ -216,19 +216,19 @@ CORRUPTIONS: dict[str, tuple[Corrupt, str]] = {
 
 
 @pytest.mark.parametrize(("corrupt", "kind"), CORRUPTIONS.values(), ids=CORRUPTIONS.keys())
-def test_each_corruption_is_named(found: Found, corrupt: Corrupt, kind: str) -> None:
+def test_each_corruption_is_reported(found: Found, corrupt: Corrupt, kind: str) -> None:
     findings = found(corrupt)
     assert kind in kinds(findings, "error", "warning", "note"), findings
     assert all(f["sentence"] and f["remedy"] for f in findings)
 
 
-def test_a_wrong_sign_is_said_in_words(found: Found) -> None:
+def test_a_wrong_sign_is_described(found: Found) -> None:
     first = found(wrong_sign)[0]
     assert first["severity"] == "error"
     assert "wrong direction" in first["sentence"] and "on_sensor" in first["remedy"]
 
 
-def test_what_cannot_be_prepared_is_a_finding(found: Found) -> None:
+def test_errors_of_preparation_are_findings(found: Found) -> None:
     def tilting(_: dict[str, Any], episodes: TABLES) -> None:
         for columns in episodes.values():
             half = np.where(np.isnan(columns.pop("gripper_theta")), np.nan, 0.1 * columns["t"])
@@ -255,7 +255,7 @@ def no_noise(table: Table) -> trundle.Recording:
     return trundle.Recording(described, episodes)
 
 
-def test_a_noiseless_simulation_is_not_complained_of() -> None:
+def test_a_noiseless_simulation_has_no_findings() -> None:
     for stated in ({}, {"noise": NOISE}):
         findings = trundle.check(no_noise(Table(episodes=3, metadata=stated)))
         assert [f for f in findings if f["severity"] != "note"] == []

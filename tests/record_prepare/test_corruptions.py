@@ -1,4 +1,4 @@
-"""`trundle.check` on recordings by varied instruments: silent where they are clean, right where not."""
+"""`trundle.check` on clean and corrupted recordings with varied instruments."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ SHORT: dict[str, Any] = {
     "mass_given": True,
     "sign": "on_object",
 }
-"""Recordings that are quick to draw, by instruments that are neither poor nor excellent."""
+"""Recordings that are fast to draw, with average instruments."""
 SHORT_SEED = 3
 FIRST = 40_000
 """First seed of the recordings that the slow tests draw."""
 CLEAN = 60
 EACH = 10
 HITS = 0.8
-"""Share of the corrupted recordings in which each corruption is found, at least."""
+"""Minimum share of corrupted recordings in which each corruption is found."""
 BLAMED = {61008: "a lag under a convention that hardly helps", 61038: "a law that explains no episode well"}
-"""Clean recordings that were once complained of, and from what."""
+"""Seeds of former false alarms, and their cause."""
 INERTIAL = (61003, 61011)
-"""Recordings at 100 Hz in which acceleration explains much of the force: those show a short delay."""
+"""Recordings at 100 Hz with much acceleration, in which a short delay is detectable."""
 
 
 @cache
@@ -71,12 +71,12 @@ def test_each_corruption_is_found_with_its_remedy(corruption: Corruption) -> Non
 
 @pytest.mark.parametrize("contact", ["grasp", "compliant", "point"])
 @pytest.mark.parametrize("frame", ["sensor", "object", "world"])
-def test_a_clean_recording_is_not_complained_of(contact: str, frame: str) -> None:
+def test_a_clean_recording_has_no_findings(contact: str, frame: str) -> None:
     assert warned(trundle.check(recording(short(frame, contact)))) == []
 
 
 @pytest.mark.parametrize("seed", BLAMED, ids=str)
-def test_a_clean_recording_is_no_longer_complained_of(seed: int) -> None:
+def test_a_former_false_alarm_has_no_findings(seed: int) -> None:
     assert warned(trundle.check(recording(draw(seed)))) == []
 
 
@@ -91,15 +91,15 @@ def test_a_delay_of_half_a_sample_is_estimated(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [3, 18])
-def test_a_finger_that_reads_no_torque_bears_none_about_its_tip(seed: int) -> None:
-    """Whatever `reference` says: nothing was read about the object's origin."""
+def test_a_finger_without_torque_reading_has_no_torque_about_its_tip(seed: int) -> None:
+    """This holds for any `reference`, because no torque was read about the object's origin."""
     drawn = draw(seed, **{**SHORT, "frame": "world", "contact": "point"})
     tables = {name: {k: v for k, v in one.items() if k != "torque_z"} for name, one in drawn.tables.items()}
     wrench = drawn.metadata["wrench"] | {"reference": "object"}
     assert warned(trundle.check(trundle.Recording(drawn.metadata | {"wrench": wrench}, tables))) == []
 
 
-def test_an_interval_without_contact_may_begin_before_the_table() -> None:
+def test_the_precontact_interval_may_start_before_the_table() -> None:
     drawn = draw(SHORT_SEED, **{**SHORT, "frame": "sensor", "raw": True})
     start, _ = drawn.metadata["wrench"]["precontact"]
     begun = {name: {k: v[10:] for k, v in one.items()} for name, one in drawn.tables.items()}
@@ -110,8 +110,8 @@ def test_an_interval_without_contact_may_begin_before_the_table() -> None:
         trundle.Recording(drawn.metadata | {"wrench": wrench}, begun)
 
 
-def test_a_tracker_that_loses_poses_in_runs_is_not_complained_of() -> None:
-    """Runs of 0.15 s in the mean, at any time: the longest is no other than the rest."""
+def test_runs_of_lost_poses_have_no_findings() -> None:
+    """Runs of 0.15 s on average at random times; the longest one is not special."""
     clean, rng = short("sensor"), np.random.default_rng(4)
     tables = deepcopy(clean.tables)
     for columns in tables.values():
@@ -136,7 +136,7 @@ def test_each_corruption_is_found_in_most_recordings(corruption: Corruption) -> 
 
 
 @pytest.mark.slow
-def test_clean_recordings_with_varied_instruments_are_not_complained_of() -> None:
+def test_clean_recordings_with_varied_instruments_have_no_findings() -> None:
     findings = {seed: warned(trundle.check(recording(draw(seed)))) for seed in range(FIRST, FIRST + CLEAN)}
     false = {seed: found for seed, found in findings.items() if found}
     assert len(false) <= 0.02 * CLEAN, false

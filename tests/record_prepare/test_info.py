@@ -20,7 +20,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_figures_are_those_of_the_table(folder: Path) -> None:
+def test_the_statistics_agree_with_the_table(folder: Path) -> None:
     info = trundle.inspect(folder)
     assert info["noise"]["pose"] == pytest.approx(NOISE["pose"], rel=0.15)
     assert info["noise"]["force"] == pytest.approx(NOISE["force"], rel=0.1)
@@ -60,14 +60,14 @@ def test_info_prints_a_table_or_json(folder: Path, capsys: pytest.CaptureFixture
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
-def test_the_picture_is_drawn(folder: Path, kind: str, tmp_path: Path) -> None:
+def test_the_figure_is_drawn(folder: Path, kind: str, tmp_path: Path) -> None:
     picture = tmp_path / f"table.{kind}"
     assert main(["info", str(folder), "--picture", str(picture)]) == 0
     head = picture.read_bytes()[:400]
     assert (b"\x89PNG" if kind == "png" else b"<svg") in head
 
 
-def test_a_picture_of_no_known_kind_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_image_format_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(folder), "--picture", "table.doc"]) == 2
     assert ".svg" in capsys.readouterr().err
     assert not Path("table.doc").exists()

@@ -1,8 +1,8 @@
 """The force-torque pipeline against MuJoCo's frames and its force and torque sensors.
 
-A tilted gripper on a driven wrist takes hold of a free table by a weld. MuJoCo's sensors give what the wrist
-exerts on the gripper (parent on child) in the sensor's axes: what pushes the table, carries the gripper's
-weight and accelerates the gripper. What acts on the table is known from its acceleration.
+A tilted gripper on a driven wrist grasps a free table by a weld. MuJoCo's sensors give the wrench of the
+wrist on the gripper (parent on child) in sensor axes, which pushes the table, carries the weight of the
+gripper and accelerates it. The wrench on the table follows from its acceleration.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ def test_the_wrench_on_the_object_is_its_mass_times_acceleration(
     assert np.abs(world - truth)[held].max() < 0.02
 
 
-def test_equation_12_is_wrong_by_the_offset_that_it_turns(
+def test_equation_12_has_the_error_of_the_rotated_offset(
     simulated: tuple[dict[str, Floats], Floats],
 ) -> None:
     columns, _ = simulated

@@ -22,7 +22,7 @@ def test_the_tared_wrench_is_the_push_on_the_object() -> None:
         assert np.abs((episode["on_object"] - expected).mean(axis=0)).max() < 0.25
 
 
-def test_the_tare_states_its_own_error() -> None:
+def test_the_error_of_the_tare_is_reported() -> None:
     standardised = []
     for seed in range(12):
         table = Table(episodes=1, seconds=2.0, seed=seed)
@@ -43,7 +43,7 @@ def test_contact_is_found() -> None:
         assert episode["contact"] == pytest.approx(felt, abs=0.03)
 
 
-def test_equation_12_is_there_by_name_and_wrong_names_are_refused() -> None:
+def test_equation_12_is_available_and_unknown_methods_are_refused() -> None:
     clean = recording(TABLE)
     turned = trundle.prepare(clean, tare="equation_12")["episode_00"]
     plain = trundle.prepare(clean)["episode_00"]
@@ -54,7 +54,7 @@ def test_equation_12_is_there_by_name_and_wrong_names_are_refused() -> None:
         trundle.prepare(clean, tare="none")  # type: ignore[arg-type]
 
 
-def test_outliers_are_left_out_and_counted() -> None:
+def test_outliers_are_masked_and_counted() -> None:
     episodes = tables(TABLE)
     columns = episodes["episode_00"]
     rows = np.flatnonzero(~np.isnan(columns["object_x"]))

@@ -1,4 +1,4 @@
-"""The checks on recordings of real machines, where they are present: they do not cry wolf."""
+"""Checks on real recordings, if present: no serious false alarms."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def grave(recording: trundle.Recording) -> list[tuple[str, str]]:
     return [(f["kind"], f["episode"]) for f in trundle.check(recording) if f["severity"] != "note"]
 
 
-def test_the_rail(real_data: RealData, tmp_path: Path) -> None:
+def test_the_rail_has_no_serious_findings(real_data: RealData, tmp_path: Path) -> None:
     recording = imported("emps", real_data("emps"), tmp_path / "emps")
     assert grave(recording) == []
 
 
-def test_continuous_logs(real_data: RealData, tmp_path: Path) -> None:
+def test_continuous_logs_have_no_serious_findings(real_data: RealData, tmp_path: Path) -> None:
     recording = imported("cmu-planar-push", real_data("cmu-planar-push/timeseries"), tmp_path / "logs")
     assert grave(recording) == []
     assert "mass" in {finding["kind"] for finding in trundle.check(recording)}  # quasi-static
@@ -32,8 +32,8 @@ def test_continuous_logs(real_data: RealData, tmp_path: Path) -> None:
         assert episode["counts"]["pose_outliers"] < 0.05 * episode["object"]["samples"]
 
 
-def test_single_pushes(real_data: RealData, tmp_path: Path) -> None:
+def test_single_pushes_have_few_findings(real_data: RealData, tmp_path: Path) -> None:
     for source in sorted(real_data("cmu-planar-push/pushes").glob("*.txt")):
         recording = imported("cmu-planar-push", source, tmp_path / source.stem)
-        # Tares that were taken in contact are the only thing wrong with some of them.
+        # Some of them have a tare in contact and no other finding.
         assert {kind for kind, _ in grave(recording)} <= {"tare"}

@@ -1,4 +1,4 @@
-"""Twist and acceleration from noisy poses against the truth, on a table pushed as hard as one is."""
+"""Twist and acceleration from noisy poses, compared with the truth."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_stated_uncertainty_covers_the_truth(order: str, causal: bool) -> None:
     assert 0.1 < (standardised**2).mean() < 2.5
 
 
-def test_twists_are_good_to_centimetres_per_second() -> None:
+def test_twists_are_accurate_to_centimetres_per_second() -> None:
     _, absolute = errors("twist", causal=False)
     assert np.sqrt((absolute[:, :2] ** 2).mean()) < 0.01
     assert np.sqrt((absolute[:, 2] ** 2).mean()) < 0.03
@@ -64,6 +64,6 @@ def test_fewer_than_five_poses_have_no_motion() -> None:
 
 
 def drop_empty(columns: dict[str, Floats]) -> dict[str, Floats]:
-    """Rows that hold no sample are none."""
+    """Drop rows without a sample."""
     held = ~np.all([np.isnan(values) for name, values in columns.items() if name != "t"], axis=0)
     return {name: values[held] for name, values in columns.items()}

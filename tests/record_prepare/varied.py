@@ -22,12 +22,12 @@ Tables = dict[str, dict[str, Any]]
 STEP = 1e-3
 """s."""
 RAMP = 0.3
-"""Time over which a push sets in, s."""
+"""Rise time of a push, s."""
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A recording as plain values, to be corrupted before it is validated, and what is true of it."""
+    """A recording as plain values, which can be corrupted before validation, and its truth."""
 
     metadata: dict[str, Any]
     tables: Tables
@@ -62,7 +62,7 @@ def recording(drawn: Drawn) -> trundle.Recording:
 
 
 def draw(seed: int, **chosen: Any) -> Drawn:
-    """Draw a clean recording; `chosen` fixes what is drawn: the names below, "episodes" or "seconds"."""
+    """Draw a clean recording; `chosen` fixes choices: the names below, "episodes" or "seconds"."""
     rng = np.random.default_rng([seed, 18])
     options: dict[str, Any] = {
         "contact": str(rng.choice(["grasp", "compliant", "point"], p=[0.5, 0.25, 0.25])),
@@ -111,7 +111,7 @@ def draw_body(rng: np.random.Generator, *, dry: bool) -> Body:
 
 @dataclass(frozen=True)
 class Pushed:
-    """What truly happened: times (n,); pose, gripper and wrench (n, episodes, 3)."""
+    """True motion: times (n,); pose, gripper and wrench (n, episodes, 3)."""
 
     t: Floats
     pose: Floats
@@ -189,7 +189,7 @@ def dot(a: Floats, b: Floats) -> Floats:
 
 
 class Hand:
-    """A grasp: a force in proportion to the missing twist, or a spring between hand and object."""
+    """A grasp: a force proportional to the error of the twist, or a spring between hand and object."""
 
     def __init__(
         self, rng: np.random.Generator, body: Body, start: Floats, t: Floats, slow: bool, *, stiff: bool
@@ -233,7 +233,7 @@ class Hand:
 
 
 class Pusher:
-    """A point that pushes a face of the object through a stiff pad, follows its course and never pulls."""
+    """A point that pushes a face of the object through a stiff pad and never pulls."""
 
     def __init__(
         self, rng: np.random.Generator, body: Body, start: Floats, t: Floats, slow: bool, *, stiff: bool
@@ -288,7 +288,7 @@ class Pusher:
 def measured(
     rng: np.random.Generator, body: Body, pushed: Pushed, options: dict[str, Any], quiet: float
 ) -> Drawn:
-    """Return what the instruments make of the pushes."""
+    """Return the measurements of the pushes."""
     pose_rate, force_rate = options["rates"]
     peak = float(np.quantile(np.hypot(*pushed.wrench[..., :2].T), 0.95))
     travel = np.hypot(*np.ptp(pushed.pose[..., :2], axis=0).T).max()

@@ -1,4 +1,4 @@
-"""Fingerprints are those that the shell prints."""
+"""Fingerprints agree with those of the shell."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_folder_is_its_files_in_order_of_their_names(tmp_path: Path) -> None:
     assert fingerprint(folder(tmp_path / "a recording")) == expected
 
 
-def test_the_command_beside_it_prints_the_same(tmp_path: Path) -> None:
+def test_the_shown_command_prints_the_same(tmp_path: Path) -> None:
     model = tmp_path / "model.toml"
     model.write_text("x", encoding="utf-8")
     for entry in inputs(recording=folder(tmp_path / "it's here"), model=str(model)):
@@ -39,7 +39,7 @@ def test_the_command_beside_it_prints_the_same(tmp_path: Path) -> None:
         assert printed.stdout.split()[0] == entry["sha256"]
 
 
-def test_what_is_in_memory_has_no_fingerprint(tmp_path: Path) -> None:
+def test_objects_in_memory_have_no_fingerprint(tmp_path: Path) -> None:
     assert inputs(recording=object(), model=None) == []
 
 

@@ -1,4 +1,4 @@
-"""What all tests of the extra `[rl]` share."""
+"""Fixtures for the tests of the extra `[rl]`."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ import torch
 
 @pytest.fixture(autouse=True, scope="module")
 def one_thread() -> Iterator[None]:
-    """Learn on one thread: on a busy machine of few cores more are much slower."""
+    """Train on one thread; on few busy cores more are slower."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     yield

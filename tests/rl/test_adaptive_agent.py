@@ -19,7 +19,7 @@ ENVIRONMENT = "trundle/LockedWheel-v0"
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_evaluate_policy_runs_it_to_the_goal() -> None:
+def test_evaluate_policy_reaches_the_goal() -> None:
     environment = Monitor(gym.make(ENVIRONMENT))
     environment.reset(seed=0)
     agent = trundle.AdaptiveAgent(environment)

@@ -41,7 +41,7 @@ def same(one: Any, other: Any) -> bool:
 
 @pytest.mark.parametrize("env_id", [POSE, GOAL, "trundle/PushPath-v0", "trundle/PushDoorGoal-v0"])
 @pytest.mark.parametrize("action", ["wrench", "push", "regrasp"])
-def test_it_tells_what_make_vec_env_tells(env_id: str, action: str) -> None:
+def test_the_batch_agrees_with_make_vec_env(env_id: str, action: str) -> None:
     options = {"action": action, "horizon": 40}
     batch = SB3VecEnv.make(env_id, 3, **options)
     singles = make_vec_env(env_id, 3, env_kwargs=options)
@@ -80,7 +80,7 @@ def test_the_terminal_observation_is_the_last_of_the_episode() -> None:
 
 
 @pytest.mark.parametrize("reached", [True, False])
-def test_time_that_is_up_is_told_from_a_goal_that_is_reached(reached: bool) -> None:
+def test_truncation_differs_from_termination(reached: bool) -> None:
     batch = SB3VecEnv.make(POSE, 2, horizon=2)
     batch.set_options([{**CENTRE, "goal": [0.0 if reached else 1.0, 0.0, 0.0]}, {}])
     batch.reset()
@@ -89,13 +89,13 @@ def test_time_that_is_up_is_told_from_a_goal_that_is_reached(reached: bool) -> N
     assert infos[0]["is_success"] is reached
 
 
-def test_what_was_returned_stays() -> None:
+def test_returned_arrays_do_not_change() -> None:
     batch = SB3VecEnv.make(POSE, 2, copy=False, horizon=2)
     kept = [batch.reset()] + [batch.step(actions)[0] for actions in random_actions(2, 4)]
     assert len(np.unique(np.array(kept)[:, 0, 0])) == 5
 
 
-def test_seeds_and_options_act_once() -> None:
+def test_seeds_and_options_apply_once() -> None:
     batch = SB3VecEnv.make(POSE, 3)
     batch.seed(0)
     first = batch.reset()
@@ -108,7 +108,7 @@ def test_seeds_and_options_act_once() -> None:
     assert not np.any(batch.reset()[:, 7] == 0.5)
 
 
-def test_options_can_differ() -> None:
+def test_options_may_differ() -> None:
     batch = SB3VecEnv.make(POSE, 3)
     batch.seed(0)
     first = batch.reset()
@@ -119,7 +119,7 @@ def test_options_can_differ() -> None:
     assert np.array_equal(told[1], first[1])
 
 
-def test_a_batch_that_resets_itself_is_refused() -> None:
+def test_autoreset_is_refused() -> None:
     with pytest.raises(trundle.TrundleError, match="autoreset_mode='Disabled'"):
         SB3VecEnv(gym.make_vec(POSE, 2))
 
@@ -143,7 +143,7 @@ def test_methods_and_attributes() -> None:
         batch.env_method("reset")
 
 
-def test_one_environment_goes_back() -> None:
+def test_one_environment_is_restored() -> None:
     batch = SB3VecEnv.make(POSE, 2)
     batch.reset()
     hidden = batch.env_method("hidden_values")
@@ -159,7 +159,7 @@ def test_one_environment_goes_back() -> None:
     assert not np.array_equal(again[0], first[0])
 
 
-def test_an_oracle_tells_to_the_end_what_was_hidden() -> None:
+def test_the_final_info_contains_the_oracle() -> None:
     batch = SB3VecEnv(VectorOracle(gym.make_vec(POSE, 2, autoreset_mode="Disabled", horizon=2)))
     assert batch.env_is_wrapped(VectorOracle) == [True, True]
     assert batch.env_is_wrapped(Monitor, 0) == [False]
@@ -172,7 +172,7 @@ def test_an_oracle_tells_to_the_end_what_was_hidden() -> None:
     assert not np.array_equal(observations[0, -10:], before[0, -10:])
 
 
-def test_what_other_wrappers_tell_reaches_the_infos() -> None:
+def test_infos_of_wrappers_are_passed_on() -> None:
     batch = SB3VecEnv(RecordEpisodeStatistics(gym.make_vec(POSE, 2, autoreset_mode="Disabled", horizon=3)))
     batch.set_options([{**CENTRE, "goal": [0.0, 0.0, 0.0]}, {}])
     batch.reset()
@@ -182,7 +182,7 @@ def test_what_other_wrappers_tell_reaches_the_infos() -> None:
 
 
 class Numbered(VectorWrapper):
-    """A batch that numbers its episodes."""
+    """A batch that counts its episodes."""
 
     episodes = 0
 
@@ -191,7 +191,7 @@ class Numbered(VectorWrapper):
         return self.env.reset(**told)[0], {"episode": np.full(self.num_envs, self.episodes)}
 
 
-def test_what_is_told_of_a_beginning_is_kept() -> None:
+def test_reset_infos_are_kept() -> None:
     batch = SB3VecEnv(Numbered(gym.make_vec(POSE, 2, autoreset_mode="Disabled", horizon=3)))
     batch.set_options([{**CENTRE, "goal": [0.0, 0.0, 0.0]}, {}])
     batch.reset()
@@ -200,7 +200,7 @@ def test_what_is_told_of_a_beginning_is_kept() -> None:
     assert batch.reset_infos == [{"episode": 3}, {"episode": 2}]
 
 
-def test_pictures_are_tiled() -> None:
+def test_images_are_tiled() -> None:
     batch = SB3VecEnv.make(POSE, 4, render_mode="rgb_array")
     batch.reset()
     picture = batch.render()
@@ -235,7 +235,7 @@ def test_ppo_learns() -> None:
     assert len(policy.ep_success_buffer) == 24
 
 
-def test_sac_learns_from_goals_in_hindsight() -> None:
+def test_sac_learns_with_hindsight_replay() -> None:
     options = {"n_sampled_goal": 4, "goal_selection_strategy": "future"}
     policy = SAC(
         "MultiInputPolicy",
@@ -256,7 +256,7 @@ def test_sac_learns_from_goals_in_hindsight() -> None:
     assert torch.any(buffer.sample(500).rewards == 0.0)  # ... but in hindsight
 
 
-def test_it_is_imported_alone() -> None:
+def test_the_module_is_imported_on_demand() -> None:
     lazily = "import trundle.envs, sys; sys.exit('stable_baselines3' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", lazily]).returncode == 0
     without = "import sys; sys.modules['stable_baselines3'] = None; import trundle.envs.sb3"
@@ -265,7 +265,7 @@ def test_it_is_imported_alone() -> None:
     assert "ImportError: SB3VecEnv needs stable-baselines3: pip install trundle[rl]" in failed.stderr
 
 
-def test_it_takes_batches_of_trundle() -> None:
+def test_only_batches_of_trundle_are_accepted() -> None:
     assert isinstance(SB3VecEnv.make(POSE).get_attr("unwrapped")[0], PushVec)
     with pytest.raises(gym.error.Error, match="vector entry point"):
         SB3VecEnv.make("Pendulum-v1")

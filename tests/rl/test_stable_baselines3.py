@@ -1,4 +1,4 @@
-"""The environment as stable-baselines3 sees it. Needs the extra [rl]."""
+"""The environments under stable-baselines3. Needs the extra [rl]."""
 
 import subprocess
 import sys
@@ -22,17 +22,17 @@ REGISTERED = [env_id for env_id, spec in gym.registry.items() if spec.namespace 
 
 @pytest.mark.parametrize("action", ["wrench", "velocity", "push", "regrasp"])
 @pytest.mark.parametrize("env_id", REGISTERED)
-def test_all_pass_the_check_without_a_warning(env_id: str, action: str) -> None:
+def test_all_environments_pass_the_check(env_id: str, action: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(gym.make(env_id, action=action).unwrapped)
 
 
-def test_there_are_that_many() -> None:
+def test_the_number_of_environments() -> None:
     assert len(REGISTERED) == 9
 
 
-def test_a_policy_learns_on_it_and_is_evaluated() -> None:
+def test_a_policy_is_trained_and_evaluated() -> None:
     environments = make_vec_env(ENVIRONMENT, n_envs=2, seed=0)
     policy = PPO("MlpPolicy", environments, n_steps=64, batch_size=64, n_epochs=1, seed=0, device="cpu")
     before = policy.policy.state_dict()["action_net.bias"].clone()
@@ -45,7 +45,7 @@ def test_a_policy_learns_on_it_and_is_evaluated() -> None:
     assert all(0 < length <= 300 for length in lengths)
 
 
-def test_the_end_of_an_episode_is_told_as_vector_environments_do() -> None:
+def test_the_end_of_an_episode_follows_vector_environments() -> None:
     environments = make_vec_env(ENVIRONMENT, n_envs=1, seed=0)
     environments.reset()
     for _ in range(300):

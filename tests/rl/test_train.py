@@ -1,4 +1,4 @@
-"""Training with stable-baselines3: killed and gone on with, it ends the same. Needs the extra [rl]."""
+"""Training with stable-baselines3, with interruptions. Needs the extra [rl]."""
 
 import re
 import signal
@@ -57,7 +57,7 @@ BOTH = pytest.mark.parametrize("own", [PPO, SAC], ids=["PPO", "SAC"])
 
 
 class KilledError(Exception):
-    """Stands for a kill."""
+    """Represents a kill."""
 
 
 def written(folder: Path, own: str) -> Path:
@@ -73,7 +73,7 @@ def results(folder: Path) -> dict[str, bytes]:
 
 
 @BOTH
-def test_interrupted_between_checkpoints_it_ends_with_the_same_bytes(
+def test_an_interrupted_training_ends_with_the_same_bytes(
     own: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = read(written(tmp_path, own))
@@ -99,7 +99,7 @@ def test_interrupted_between_checkpoints_it_ends_with_the_same_bytes(
     assert not training.checkpoint_file.exists()
 
 
-def test_killed_from_outside_it_goes_on(tmp_path: Path) -> None:
+def test_a_killed_training_continues(tmp_path: Path) -> None:
     file = written(tmp_path, PPO.replace("1024", "4096"))
     line = [sys.executable, "-m", "trundle", "train", str(file), "--seed", "2", "--quiet", "--out"]
     checkpoint = tmp_path / "killed" / "work" / "tiny-2" / "checkpoint.npz"
@@ -114,7 +114,7 @@ def test_killed_from_outside_it_goes_on(tmp_path: Path) -> None:
     assert results(tmp_path / "whole") == results(tmp_path / "killed")
 
 
-def test_what_is_done_is_not_done_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_finished_training_is_not_repeated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = written(tmp_path, PPO)
     line = ["train", str(file), "--out", str(tmp_path / "out"), "--seed", "1"]
     assert main(line) == 0
@@ -129,7 +129,7 @@ def test_what_is_done_is_not_done_again(tmp_path: Path, capsys: pytest.CaptureFi
     assert "other settings" in capsys.readouterr().err
 
 
-def test_tensorboard_has_something_to_show(tmp_path: Path) -> None:
+def test_tensorboard_files_are_written(tmp_path: Path) -> None:
     pytest.importorskip("tensorboard", reason="TensorBoard is not installed")
     Training(read(written(tmp_path, PPO)), 1, tmp_path / "out").run()
     assert list((tmp_path / "out" / "work" / "tiny-1").glob("events.out.tfevents.*"))
@@ -144,7 +144,7 @@ def learnt(tmp_path: Path, own: str) -> tuple[Settings, Any, Worlds]:
 
 
 @BOTH
-def test_a_policy_acts_as_the_network_that_it_is_from(own: str, tmp_path: Path) -> None:
+def test_a_policy_acts_like_its_network(own: str, tmp_path: Path) -> None:
     settings, learner, worlds = learnt(tmp_path, own)
     exported(settings, 1, learner, worlds).save(tmp_path / "policy.npz")
     acting = policy.load(tmp_path / "policy.npz")
@@ -165,7 +165,7 @@ def test_a_policy_acts_as_the_network_that_it_is_from(own: str, tmp_path: Path) 
             bare = plain.reset(options={"reset_mask": begun.copy()})[0]
 
 
-def test_rewards_to_learn_from_leave_the_return_alone(tmp_path: Path) -> None:
+def test_reward_shaping_does_not_change_the_return(tmp_path: Path) -> None:
     settings = read(written(tmp_path, PPO))
     worlds = make_worlds(settings)
     worlds.batch.set_options([{"start": [-1.5, 0.0, 0.0], "goal": [-1.5, 0.0, 0.0]}] + [{}] * 3)
@@ -184,7 +184,7 @@ def test_rewards_to_learn_from_leave_the_return_alone(tmp_path: Path) -> None:
     )
 
 
-def test_an_evaluation_is_of_one_episode_in_each_world(tmp_path: Path) -> None:
+def test_an_evaluation_has_one_episode_per_world(tmp_path: Path) -> None:
     settings, learner, worlds = learnt(tmp_path, PPO)
     acting = exported(settings, 1, learner, worlds)
     found = evaluate(acting, TASK, settings.env_kwargs, 40, 5)
@@ -200,7 +200,7 @@ def test_an_evaluation_is_of_one_episode_in_each_world(tmp_path: Path) -> None:
     assert found["return"] == pytest.approx(np.mean(returns), rel=1e-3)
 
 
-def test_a_policy_is_played(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_play_accepts_a_policy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     settings, learner, worlds = learnt(tmp_path, PPO)
     file = tmp_path / "policy.npz"
     exported(settings, 1, learner, worlds).save(file)

@@ -1,4 +1,4 @@
-"""Pictures of the environments: what is drawn, where, and the window that shows it."""
+"""Images of the environments, and their window."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ def is_green(colour: list[int]) -> bool:
 
 
 def changed(view: View, **what: Any) -> NDArray[np.bool_]:
-    """Where a picture changes if the view does."""
+    """Return where an image changes with the view."""
     different: NDArray[np.bool_] = np.any(picture(view) != picture(replace(view, **what)), axis=2)
     return different
 
 
-def test_object_goal_and_obstacle_are_where_they_should_be() -> None:
+def test_object_goal_and_obstacle_are_at_their_positions() -> None:
     pixels = picture(View((1.0, 0.5, np.pi / 2), TABLE, goal=(-1.0, -0.5, 0.0), obstacles=(BOX,)))
     assert is_brown(pixel(pixels, 1.2, 1.0)), "the table, turned"
     assert is_floor(pixel(pixels, 1.6, 0.7)), "where it would be unturned"
@@ -79,7 +79,7 @@ def test_a_chair_is_round_and_has_a_back() -> None:
     assert is_floor(pixel(pixels, 0.45, 0.45))
 
 
-def test_a_tip_is_drawn_where_it_touches_and_a_clamp_is_larger() -> None:
+def test_a_tip_is_drawn_at_its_contact_and_a_clamp_is_larger() -> None:
     tip = changed(AWAY, gripper=(1.0, 0.5, 0.0), holds=False)
     clamp = changed(AWAY, gripper=(1.0, 0.5, 0.0), holds=True)
     blue = pixel(picture(replace(AWAY, gripper=(1.0, 0.5, 0.0), holds=False)), 1.0, 0.5)
@@ -87,7 +87,7 @@ def test_a_tip_is_drawn_where_it_touches_and_a_clamp_is_larger() -> None:
     assert 4 < tip.sum() < clamp.sum()
 
 
-def test_an_arrow_is_as_long_as_the_force_is_strong() -> None:
+def test_the_length_of_an_arrow_is_proportional_to_the_force() -> None:
     ends = []
     for force in (50.0, 100.0):
         columns = np.flatnonzero(
@@ -119,7 +119,7 @@ def test_path_and_trail_run_through_their_points() -> None:
     assert path.sum() < 1.2 * trail.sum(), "dashed, though wider"
 
 
-def test_a_hidden_wheel_shows_only_where_it_is_revealed() -> None:
+def test_a_hidden_wheel_is_drawn_only_if_revealed() -> None:
     view = View((1.0, 0.0, np.pi / 2), TABLE)
     mark = changed(view, revealed=((0.5, 0.3, 0.0, ""),))
     rows, columns = np.nonzero(mark)
@@ -135,7 +135,7 @@ def test_a_view_gives_the_same_bytes_in_a_fresh_array() -> None:
     assert picture(view).tobytes() == kept
 
 
-def test_what_lies_outside_is_cut_or_left_out() -> None:
+def test_outside_objects_are_clipped() -> None:
     bare = picture(AWAY)
     for x, y in ((2.6, 2.6), (-2.6, 2.6), (2.6, -2.6), (-2.6, -2.6)):
         pose = (x, y, 0.7)
@@ -157,7 +157,7 @@ def test_what_lies_outside_is_cut_or_left_out() -> None:
 
 @pytest.mark.parametrize("size", [64, 480, 721])
 @pytest.mark.parametrize("arena", [1.5, 4.0])
-def test_size_and_arena_are_honoured(size: int, arena: float) -> None:
+def test_size_and_arena_are_used(size: int, arena: float) -> None:
     pixels = picture(View((1.0, 0.5, 0.0), TABLE, arena=arena), size)
     assert pixels.shape == (size, size, 3) and pixels.dtype == np.uint8
     assert is_brown(pixel(pixels, 1.25, 0.7, arena)) and not is_brown(pixel(pixels, 0.0, -1.0, arena))
@@ -171,7 +171,7 @@ def pygame(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     module.display.quit()
 
 
-def test_a_window_shows_the_picture_no_faster_than_told(pygame: Any) -> None:
+def test_a_window_keeps_its_frame_rate(pygame: Any) -> None:
     window, pixels = Window(), picture(View((1.0, 0.5, 0.0), TABLE))
     window.show(pixels, 50)
     begun = time.monotonic()
@@ -185,7 +185,7 @@ def test_a_window_shows_the_picture_no_faster_than_told(pygame: Any) -> None:
     assert window.closed and not pygame.display.get_init()
 
 
-def test_a_window_that_the_user_closed_stays_closed(pygame: Any) -> None:
+def test_a_closed_window_stays_closed(pygame: Any) -> None:
     window, pixels = Window(), picture(AWAY, 64)
     window.show(pixels, 1000)
     pygame.event.post(pygame.event.Event(pygame.QUIT))
@@ -194,7 +194,7 @@ def test_a_window_that_the_user_closed_stays_closed(pygame: Any) -> None:
     assert window.closed and not pygame.display.get_init()
 
 
-def test_without_pygame_a_window_names_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_pygame_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
     with pytest.raises(DependencyNotInstalled, match=r"pip install trundle\[human\]"):
         Window()

@@ -1,4 +1,4 @@
-"""`trundle simulate` with each law of the floor, the room, and with states of its own."""
+"""`trundle simulate` with laws of the floor, of the scene, and with internal states."""
 
 from __future__ import annotations
 
@@ -68,10 +68,10 @@ def ends(tmp_path: Path, effect: str) -> list[NDArray[np.float64]]:
 
 
 @pytest.mark.parametrize("kind", EFFECTS)
-def test_an_effect_moves_the_table_elsewhere(tmp_path: Path, kind: str) -> None:
+def test_an_effect_changes_the_motion(tmp_path: Path, kind: str) -> None:
     without = ends(tmp_path, "")
     with_effect = ends(tmp_path, f'[[effect]]\nkind = "{kind}"\n{EFFECTS[kind]}')
     assert np.hypot(*(with_effect[0] - without[0])[:2]) > 0.02
     same = np.allclose(with_effect[0], with_effect[1], atol=1e-9)
-    # The pushes are alike; only a caster stands anew each time.
+    # The pushes are equal; only the initial angle of a caster varies.
     assert same == (kind != "caster_swivel")

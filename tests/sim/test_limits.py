@@ -1,4 +1,4 @@
-"""Legal values that lead nowhere: refused in a sentence, before memory, time or numbers run out."""
+"""Valid but excessive values are refused before memory, time or number range are exhausted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trundle.envs.push import ActionError
 
 OBJECT = Path(__file__).parents[2] / "configs" / "objects" / "office_table.toml"
 PUSHING = {"kind": "directional_friction", "angle": 0.3, "difference": -1e6}
-"""Legal, and the opposite of a friction: motion grows beyond all numbers."""
+"""A valid effect with negative friction, under which the motion diverges."""
 NAMED = r"directional_friction\.difference = -?1000000 N·s/m"
 
 
@@ -86,13 +86,13 @@ def test_a_simulation_that_is_not_finite_names_the_parameter(tmp_path: Path) -> 
         ("[random]\ncount = 10000\nduration = 3600.0", r"1\.4e11 steps; the limit"),
     ],
 )
-def test_a_scenario_without_an_end_is_refused(tmp_path: Path, more: str, words: str) -> None:
+def test_an_endless_scenario_is_refused(tmp_path: Path, more: str, words: str) -> None:
     with pytest.raises(trundle.TrundleError, match=f"(?s)scenario.toml: the pushes take .*{words}"):
         trundle.simulate(scenario(tmp_path, more))
 
 
 @pytest.mark.parametrize("count", [10**7, 2**64, 2**80])
-def test_more_environments_than_memory_holds_are_refused(count: int) -> None:
+def test_too_many_environments_are_refused(count: int) -> None:
     with pytest.raises(trundle.TrundleError, match=r"an environment takes up to 64 KiB and \d+ MiB are free"):
         gym.make_vec("trundle:trundle/PushPose-v0", num_envs=count)
 
@@ -112,7 +112,7 @@ def test_a_snapshot_with_a_flipped_bit_is_refused() -> None:
 
 
 def test_a_snapshot_of_an_earlier_version_is_read() -> None:
-    """Those had no checksum: the state alone."""
+    """Earlier snapshots had no checksum."""
     env: Any = gym.make("trundle:trundle/PushAround-v0").unwrapped
     env.reset(seed=1)
     options, state = env.snapshot().__getnewargs__()

@@ -1,4 +1,4 @@
-"""The pushing environments: what Gymnasium asks of them, and what they promise."""
+"""The pushing environments: requirements of Gymnasium, and documented properties."""
 
 from __future__ import annotations
 
@@ -42,7 +42,9 @@ def rollout(env: Env, given: NDArray[np.float32]) -> list[tuple[list[float], flo
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", FLAT + GOALS)
-def test_gymnasiums_strict_checker_is_content(name: str, mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_strict_checker_of_gymnasium_passes(
+    name: str, mode: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     env = gymnasium.make(f"trundle/{name}-v0", action=mode, object="household")
     with warnings.catch_warnings():
@@ -50,14 +52,14 @@ def test_gymnasiums_strict_checker_is_content(name: str, mode: str, monkeypatch:
         check_env(env.unwrapped, skip_render_check=True)
 
 
-def test_the_id_is_known_without_an_import() -> None:
+def test_ids_are_registered_without_an_import() -> None:
     assert isinstance(gymnasium.make(f"trundle:{LOCKED}").unwrapped, LockedWheel)
 
 
 @pytest.mark.parametrize("name", FLAT)
-def test_a_seed_gives_the_same_episodes(name: str) -> None:
+def test_a_seed_determines_the_episodes(name: str) -> None:
     def episodes(seed: int) -> list[Any]:
-        # The locked wheel's task says itself what is hidden.
+        # The LockedWheel task already sets `hidden`.
         hidden: dict[str, Any] = {} if name == "LockedWheel" else {"hidden": "catalogue"}
         env: Env = gymnasium.make(f"trundle/{name}-v0", object="random", **hidden)
         first = env.reset(seed=seed)[0].tolist(), rollout(env, actions(50))
@@ -69,7 +71,7 @@ def test_a_seed_gives_the_same_episodes(name: str) -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-def test_a_copy_goes_on_alike(duplicate: Callable[[Env], Env], mode: str) -> None:
+def test_a_copy_continues_identically(duplicate: Callable[[Env], Env], mode: str) -> None:
     env: Env = gymnasium.make("trundle/PushDoor-v0", action=mode)
     width = 6 if mode == "regrasp" else 3
     env.reset(seed=1)
@@ -102,7 +104,7 @@ def test_a_planner_branches_from_snapshots() -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", FLAT)
-def test_observations_stay_in_their_space_and_nothing_hidden_is_told(name: str, mode: str) -> None:
+def test_observations_are_in_their_space_and_hide_the_model(name: str, mode: str) -> None:
     env: Env = gymnasium.make(f"trundle/{name}-v0", noise=10.0, action=mode)
     for seed in range(5):
         observation, info = env.reset(seed=seed)
@@ -114,7 +116,7 @@ def test_observations_stay_in_their_space_and_nothing_hidden_is_told(name: str, 
                 break
 
 
-def test_two_hidden_wheels_look_the_same_until_pushed() -> None:
+def test_hidden_wheels_are_invisible_before_a_push() -> None:
     env: Env = gymnasium.make(LOCKED, noise=0.0, render_mode="rgb_array")
     where = {"start": (0.1, 0.2, 0.3), "goal": (1.0, 0.0, 0.0)}
     (first, _), one = env.reset(seed=0, options=where), env.render()
@@ -128,7 +130,7 @@ def test_two_hidden_wheels_look_the_same_until_pushed() -> None:
     assert rollout(env, np.tile(push, (10, 1)))[-1] != moved
 
 
-def test_effects_of_ones_own_are_hidden_too() -> None:
+def test_given_effects_are_hidden() -> None:
     slope = {"kind": "floor_slope", "accel_x": 0.2, "accel_y": 0.0}
     env = Push(hidden="none", effects=[slope], noise=0.0)
     env.reset(seed=0, options={"start": (0.0, 0.0, 1.0), "goal": (2.0, 0.0, 0.0)})
@@ -137,7 +139,7 @@ def test_effects_of_ones_own_are_hidden_too() -> None:
     assert env.hidden_model()["effect"][0]["kind"] == "floor_slope"
 
 
-def test_a_gripper_that_weighs_something_is_felt() -> None:
+def test_the_sensor_reads_the_inertia_of_the_gripper() -> None:
     heavy = {"kind": "gripper_inertia", "mass": 5.0}
     given = np.tile(np.array([0.8, 0.0, 0.0], dtype=np.float32), (2, 1))
     felt = []
@@ -149,7 +151,7 @@ def test_a_gripper_that_weighs_something_is_felt() -> None:
     assert felt[1] - felt[0] == pytest.approx(24.0, rel=0.05)
 
 
-def test_a_late_reading_of_a_push_is_its_mean_too() -> None:
+def test_a_delayed_reading_is_a_mean() -> None:
     def told(*effects: dict[str, Any]) -> float:
         env = Push(action="push", hidden="none", noise=0.0, effects=effects)
         env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
@@ -158,7 +160,7 @@ def test_a_late_reading_of_a_push_is_its_mean_too() -> None:
     assert told({"kind": "latency", "delay": 0.05}) == pytest.approx(told(), rel=0.2) and told() > 1.0
 
 
-def test_an_action_too_short_to_be_reached_is_reached_at_its_end() -> None:
+def test_a_short_action_is_reached_at_its_end() -> None:
     env = Push(substeps=5, hidden="none", noise=0.0)
     env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
     speeds = [s[0][4] for s in rollout(env, np.array([[0.2, 0, 0], [0, 0, 0]] * 2, dtype=np.float32))]
@@ -183,7 +185,7 @@ def test_the_goal_ends_the_episode() -> None:
     assert reward == pytest.approx(-0.05 * 0.3 * abs(info["heading_error"]))
 
 
-def test_the_wrist_reads_the_wrench_that_was_asked_for() -> None:
+def test_the_sensor_reads_the_commanded_wrench() -> None:
     env = LockedWheel(noise=0.0)
     env.reset(seed=0)
     action = np.array([0.3, -0.2, 0.1], dtype=np.float32)
@@ -191,7 +193,7 @@ def test_the_wrist_reads_the_wrench_that_was_asked_for() -> None:
     np.testing.assert_allclose(observation[11:14], action * env.ACTION_SCALE, rtol=1e-6)
 
 
-def test_a_gripper_goes_at_the_velocity_that_was_asked_for() -> None:
+def test_the_gripper_has_the_commanded_velocity() -> None:
     env = Push(action="velocity", hidden="none", noise=0.0)
     env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
     ahead = np.tile(np.array([0.5, 0.0, 0.0], dtype=np.float32), (20, 1))
@@ -204,7 +206,7 @@ def test_a_gripper_stalls_at_an_obstacle() -> None:
     here, _ = env.reset(seed=0)
     touched, most = False, 0.0
     for _ in range(200):
-        # Straight at the box, whose middle is seen.
+        # Straight towards the observed middle of the box.
         way = here[16:18] - here[:2]
         action = np.append(way / np.hypot(*way), 0.0).astype(np.float32)
         here, _, ended, _, info = env.step(np.clip(action, -1, 1))
@@ -217,7 +219,7 @@ def test_a_gripper_stalls_at_an_obstacle() -> None:
     assert touched and most > 50.0
 
 
-def test_a_push_goes_the_way_it_leans() -> None:
+def test_a_push_follows_its_direction() -> None:
     env = Push(action="push", hidden="none", noise=0.0, object="office_table")
     env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
     behind = np.array([1.0, 0.0, 1.0], dtype=np.float32)
@@ -237,7 +239,7 @@ def test_a_push_goes_the_way_it_leans() -> None:
         ("left", "numbers"),
     ],
 )
-def test_an_impossible_action_is_refused(action: Any, words: str) -> None:
+def test_an_invalid_action_is_refused(action: Any, words: str) -> None:
     env = LockedWheel()
     env.reset(seed=0)
     for kind in (InvalidAction, trundle.TrundleError):
@@ -255,7 +257,7 @@ def test_an_impossible_action_is_refused(action: Any, words: str) -> None:
         ({"grasp": (0.0, 0.5)}, "grasp.*on the object"),
     ],
 )
-def test_an_impossible_option_is_refused(options: dict[str, Any], words: str) -> None:
+def test_an_invalid_option_is_refused(options: dict[str, Any], words: str) -> None:
     with pytest.raises(trundle.TrundleError, match=words):
         LockedWheel().reset(seed=0, options=options)
 
@@ -267,7 +269,7 @@ def test_a_goal_in_an_obstacle_is_refused() -> None:
         env.reset(seed=0, options={"goal": (*box, 0.0)})
 
 
-def test_the_order_of_calls_is_kept() -> None:
+def test_the_order_of_calls_is_checked() -> None:
     env = LockedWheel(render_mode="rgb_array")
     still = np.zeros(3, dtype=np.float32)
     for call in (lambda: env.step(still), env.render, env.hidden_model):
@@ -297,7 +299,7 @@ def test_the_order_of_calls_is_kept() -> None:
         ({"object": 3}, "object"),
     ],
 )
-def test_arguments_that_make_no_sense_are_refused(arguments: dict[str, Any], words: str) -> None:
+def test_invalid_constructor_arguments_are_refused(arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(trundle.TrundleError, match=words):
         Push(**arguments)
     with pytest.raises(TypeError, match="nois"):
@@ -305,7 +307,7 @@ def test_arguments_that_make_no_sense_are_refused(arguments: dict[str, Any], wor
 
 
 @pytest.mark.parametrize("name", ["PushPose", "PushPath", "PushAround", "PushDoor"])
-def test_the_picture_shows_the_object_where_it_is(name: str) -> None:
+def test_the_image_shows_the_object_at_its_position(name: str) -> None:
     env: Env = gymnasium.make(f"trundle/{name}-v0", render_mode="rgb_array", object="household")
     seen, _ = env.reset(seed=2)
     picture = np.asarray(env.render()).astype(int)

@@ -1,4 +1,4 @@
-"""Goal-conditioned environments: the reward of what was observed, and of any goal put in its place."""
+"""Goal-conditioned environments: rewards for achieved and substituted goals."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GOALS = ("PushPoseGoal", "PushPathGoal", "PushAroundGoal", "PushDoorGoal")
 
 @pytest.mark.parametrize("reward_type", ["sparse", "dense"])
 @pytest.mark.parametrize("name", GOALS)
-def test_the_reward_is_that_of_what_is_observed(name: str, reward_type: str) -> None:
+def test_the_reward_is_that_of_the_observation(name: str, reward_type: str) -> None:
     env = gymnasium.make(f"trundle/{name}-v0", reward_type=reward_type)
     env.reset(seed=0)
     action = np.array([0.2, 0.0, 0.05], dtype=np.float32)
@@ -28,7 +28,7 @@ def test_the_reward_is_that_of_what_is_observed(name: str, reward_type: str) -> 
         assert truncated == raw.compute_truncated(seen["achieved_goal"], seen["desired_goal"], info)
 
 
-def test_many_goals_are_rewarded_at_once() -> None:
+def test_rewards_are_vectorised() -> None:
     env = PushPoseGoal(reach=0.1, facing=0.2)
     here = np.array([0.0, 0.0, 1.0, 0.0])
     goals = np.array([[0.09, 0.0, 1.0, 0.0], [0.11, 0.0, 1.0, 0.0], [0.0, 0.0, np.cos(0.3), np.sin(0.3)]])
@@ -37,7 +37,7 @@ def test_many_goals_are_rewarded_at_once() -> None:
     assert dense.compute_reward(here, goals[2], {}) == pytest.approx(-0.3 * 0.3)
 
 
-def test_it_is_the_flat_environment_parted_and_goes_on_at_the_goal() -> None:
+def test_it_is_the_flat_environment_with_dictionary_observations() -> None:
     flat, parted = PushPose(), PushPoseGoal()
     there = {"start": (0.5, 0.0, 0.0), "goal": (0.5, 0.0, 0.0)}
     row, _ = flat.reset(seed=4, options=there)
@@ -48,7 +48,7 @@ def test_it_is_the_flat_environment_parted_and_goes_on_at_the_goal() -> None:
     assert info["is_success"] and reward == 0.0 and not terminated
 
 
-def test_who_loses_the_object_is_cut_off_not_rewarded() -> None:
+def test_a_lost_object_truncates_the_episode() -> None:
     env = PushPoseGoal(hidden="none")
     env.reset(seed=0)
     for _ in range(60):
@@ -59,13 +59,13 @@ def test_who_loses_the_object_is_cut_off_not_rewarded() -> None:
     assert truncated and info["lost"]
 
 
-def test_an_oracle_knows_what_effects_do_to_the_mass() -> None:
+def test_the_oracle_contains_the_changed_mass() -> None:
     shifted = {"kind": "com_offset", "com_x": 0.2, "com_y": 0.1}
     seen, _ = Oracle(PushPose(effects=[shifted])).reset(seed=0)
     np.testing.assert_allclose(seen[17:19], [0.2, 0.1])
 
 
-def test_an_oracle_shows_the_wheel() -> None:
+def test_the_oracle_contains_the_wheel() -> None:
     plain, told = (PushPose(render_mode="rgb_array", hidden="wheels") for _ in range(2))
     oracle = Oracle(told)
     plain.reset(seed=3)
@@ -80,7 +80,7 @@ def test_another_reward_is_refused() -> None:
         PushPoseGoal(reward_type="shaped")
 
 
-def test_an_oracle_knows_the_wheel() -> None:
+def test_the_oracle_of_goal_environments_contains_the_wheel() -> None:
     env = Oracle(gymnasium.make("trundle/LockedWheel-v0"))
     seen, info = env.reset(seed=0)
     wheel = info["hidden"]["effect"][0]

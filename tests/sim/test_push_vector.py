@@ -29,7 +29,7 @@ def actions(steps: int, count: int) -> NDArray[np.float32]:
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 @pytest.mark.parametrize("name", ["PushDoor", "PushPath", "PushPoseGoal"])
-def test_a_batch_steps_as_gymnasiums_own(name: str, mode: AutoresetMode) -> None:
+def test_a_batch_steps_like_gymnasiums(name: str, mode: AutoresetMode) -> None:
     native = gymnasium.make_vec(f"trundle/{name}-v0", num_envs=3, autoreset_mode=mode, **KNOWN)
     plain = gymnasium.make_vec(
         f"trundle/{name}-v0",
@@ -59,7 +59,7 @@ def same(ours: Any, theirs: Any) -> None:
 
 
 def same_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
-    """What Gymnasium's batch says ours says too; where a mask is False ours may say anything."""
+    """Assert that infos agree with those of Gymnasium's batch where the masks are True."""
     for key, value in theirs.items():
         if key.startswith("_"):
             np.testing.assert_array_equal(ours[key], value, err_msg=key)
@@ -75,7 +75,7 @@ def same_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
             np.testing.assert_array_equal(ours[key][mask], value[mask], err_msg=key)
 
 
-def test_without_autoreset_the_ended_ones_are_reset_by_hand() -> None:
+def test_disabled_autoreset_requires_a_reset() -> None:
     envs = gymnasium.make_vec("trundle/PushPose-v0", num_envs=3, autoreset_mode="Disabled", horizon=2)
     envs.reset(seed=0)
     still = np.zeros((3, 3), dtype=np.float32)
@@ -92,7 +92,7 @@ def test_without_autoreset_the_ended_ones_are_reset_by_hand() -> None:
     assert not envs.step(still)[3].any()
 
 
-def test_the_buffers_are_the_same_only_if_asked() -> None:
+def test_buffers_are_shared_only_on_request() -> None:
     still = np.zeros((2, 3), dtype=np.float32)
     for copied in (True, False):
         envs = gymnasium.make_vec("trundle/PushPose-v0", num_envs=2, copy=copied)
@@ -114,7 +114,7 @@ def test_a_snapshot_moves_between_batch_and_single_environment() -> None:
     assert np.array_equal(*(envs.step(np.zeros((2, 3)))[0]))
 
 
-def test_whoever_is_not_seeded_is_seeded_at_random() -> None:
+def test_environments_without_a_seed_are_random() -> None:
     def first(seeds: Any) -> NDArray[np.float64]:
         envs = gymnasium.make_vec("trundle/PushPose-v0", num_envs=3)
         return np.asarray(envs.reset(seed=seeds)[0])
@@ -125,7 +125,7 @@ def test_whoever_is_not_seeded_is_seeded_at_random() -> None:
     np.testing.assert_array_equal(one[1], other[1])
 
 
-def test_a_copy_of_a_batch_goes_on_alike() -> None:
+def test_a_copy_of_a_batch_continues_identically() -> None:
     envs = LockedWheelVec(3, horizon=5)
     envs.reset(seed=0)
     given = actions(12, 3)
@@ -141,7 +141,7 @@ def fork_steps(envs: PushVec) -> None:
     envs.step(np.zeros((64, 3)))
 
 
-def test_a_fork_has_threads_of_its_own() -> None:
+def test_a_fork_has_its_own_threads() -> None:
     envs = LockedWheelVec(64)
     envs.reset(seed=0)
     envs.step(np.zeros((64, 3)))
@@ -155,13 +155,13 @@ def test_a_fork_has_threads_of_its_own() -> None:
     assert ended == 0
 
 
-def test_gymnasiums_name_for_the_horizon_is_known() -> None:
+def test_max_episode_steps_sets_the_horizon() -> None:
     envs = gymnasium.make_vec("trundle/PushPose-v0", num_envs=2, max_episode_steps=1)
     envs.reset(seed=0)
     assert envs.step(np.zeros((2, 3)))[3].all()
 
 
-def test_an_ended_snapshot_ends_where_it_is_restored() -> None:
+def test_the_snapshot_of_an_ended_episode_is_ended() -> None:
     envs = LockedWheelVec(2, horizon=1)
     envs.reset(seed=0)
     envs.step(np.zeros((2, 3)))
@@ -171,21 +171,21 @@ def test_an_ended_snapshot_ends_where_it_is_restored() -> None:
     assert envs.step(np.zeros((2, 3)))[4]["_distance"].tolist() == [False, True]
 
 
-def test_an_oracle_knows_every_wheel() -> None:
+def test_the_oracle_of_a_batch_contains_every_wheel() -> None:
     envs = VectorOracle(gymnasium.make_vec("trundle/LockedWheel-v0", num_envs=4))
     seen, _ = envs.reset(seed=0)
     assert seen.shape == (4, 26) and seen in envs.observation_space
     assert len(np.unique(seen[:, 20])) == 4 and np.all(seen[:, 16] == 22.0)
 
 
-def test_pictures_are_of_each() -> None:
+def test_each_environment_has_an_image() -> None:
     envs = gymnasium.make_vec("trundle/PushAround-v0", num_envs=2, render_mode="rgb_array")
     envs.reset(seed=0)
     one, two = (np.asarray(picture) for picture in envs.render() or ())
     assert one.shape == (480, 480, 3) and not np.array_equal(one, two)
 
 
-def test_what_makes_no_sense_is_refused() -> None:
+def test_invalid_arguments_are_refused() -> None:
     envs = LockedWheelVec(2)
     with pytest.raises(ResetNeeded):
         envs.step(np.zeros((2, 3)))

@@ -17,7 +17,7 @@ Env = gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]
 
 
 def push(env: Env, steps: int, seed: int) -> int:
-    """Push with actions that hold for 0.4 s; the number of steps until the end."""
+    """Push with actions of 0.4 s, and return the number of steps until the end."""
     random = np.random.default_rng(seed)
     action = np.zeros(3, dtype=np.float32)
     for k in range(steps):
@@ -52,7 +52,7 @@ def test_several_episodes_of_one_object_are_one_recording(
     trundle.check(recording)
 
 
-def test_recording_does_not_disturb(tmp_path: Path) -> None:
+def test_recording_does_not_change_the_episode(tmp_path: Path) -> None:
     plain: Env = gymnasium.make(ID)
     recorded: Env = trundle.Record(gymnasium.make(ID), tmp_path / "r")
     action = np.array([0.2, 0.1, 0.1], dtype=np.float32)
@@ -79,7 +79,7 @@ def test_the_sensor_reads_the_wrench_in_its_own_frame(tmp_path: Path) -> None:
     assert "noise" not in trundle.read(tmp_path / "r").metadata
 
 
-def test_another_object_begins_another_recording(tmp_path: Path) -> None:
+def test_another_object_starts_another_recording(tmp_path: Path) -> None:
     env = trundle.Record(gymnasium.make(ID), tmp_path / "r")
     for seed in (1, None, 2):
         env.reset(seed=seed)
@@ -89,7 +89,7 @@ def test_another_object_begins_another_recording(tmp_path: Path) -> None:
     assert [len(trundle.read(folder).episodes) for folder in env.folders] == [2, 1]
 
 
-def test_the_hidden_wheel_changes_if_asked_to(tmp_path: Path) -> None:
+def test_the_hidden_wheel_may_change(tmp_path: Path) -> None:
     env = trundle.Record(gymnasium.make(ID), tmp_path / "r", keep_object=False)
     for _ in range(2):
         env.reset()
@@ -98,14 +98,14 @@ def test_the_hidden_wheel_changes_if_asked_to(tmp_path: Path) -> None:
     assert len(env.folders) == 2
 
 
-def test_nothing_is_written_without_a_step(tmp_path: Path) -> None:
+def test_an_empty_episode_is_not_written(tmp_path: Path) -> None:
     env = trundle.Record(gymnasium.make(ID), tmp_path / "r")
     env.reset(seed=0)
     env.close()
     assert env.folders == [] and list(tmp_path.iterdir()) == []
 
 
-def test_a_foreign_folder_is_left_alone(tmp_path: Path) -> None:
+def test_an_unrelated_folder_is_not_changed(tmp_path: Path) -> None:
     folder = tmp_path / "r"
     folder.mkdir()
     (folder / "thesis.tex").write_text("precious")
@@ -117,7 +117,7 @@ def test_a_foreign_folder_is_left_alone(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.rglob("*")] == ["r", "thesis.tex"]
 
 
-def test_only_what_has_a_sensor_can_be_recorded(tmp_path: Path) -> None:
+def test_only_environments_with_a_sensor_are_recorded(tmp_path: Path) -> None:
     other: Any = gymnasium.make("CartPole-v1")
     with pytest.raises(trundle.TrundleError, match="cannot be recorded"):
         trundle.Record(other, tmp_path / "r")
@@ -125,7 +125,7 @@ def test_only_what_has_a_sensor_can_be_recorded(tmp_path: Path) -> None:
         trundle.Record(gymnasium.make(ID), tmp_path / "r", table="xls")  # type: ignore[arg-type]
 
 
-def test_every_recording_shows_its_own_object_and_walls(tmp_path: Path) -> None:
+def test_every_recording_has_its_own_object_and_walls(tmp_path: Path) -> None:
     env = trundle.Record(gymnasium.make("trundle/PushDoor-v0", object="household"), tmp_path / "door")
     shown = []
     for seed in (1, 2):
@@ -140,7 +140,7 @@ def test_every_recording_shows_its_own_object_and_walls(tmp_path: Path) -> None:
         assert written[0][key] != written[1][key]
 
 
-def test_a_clock_that_runs_ahead_loses_no_readings(tmp_path: Path) -> None:
+def test_a_fast_clock_loses_no_readings(tmp_path: Path) -> None:
     early = [{"kind": "latency", "delay": -0.1}]
     counts = []
     for name, effects in (("on_time", []), ("early", early)):
@@ -154,7 +154,7 @@ def test_a_clock_that_runs_ahead_loses_no_readings(tmp_path: Path) -> None:
     assert counts[1] >= counts[0] - 0.11 * 260, counts
 
 
-def test_what_is_recorded_cannot_be_put_elsewhere(tmp_path: Path) -> None:
+def test_a_recorded_environment_cannot_be_restored(tmp_path: Path) -> None:
     env = trundle.Record(gymnasium.make(ID), tmp_path / "pushes")
     env.reset(seed=0)
     task: Any = env.unwrapped

@@ -1,4 +1,4 @@
-"""`action="regrasp"`: the gripper lets go, is away for a second, and takes hold elsewhere."""
+"""`action="regrasp"`: the gripper releases the object and grasps it elsewhere a second later."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trundle.cli import main
 from trundle.envs import Oracle, Push
 
 AWAY = 20
-"""Actions that it takes to hold elsewhere."""
+"""Number of actions of a regrasp."""
 POSE = "trundle/PushPose-v0"
 MIDDLE = {"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)}
 Env = gymnasium.Env[Any, NDArray[np.float32]]
@@ -32,7 +32,7 @@ def act(*wrench: float, to: tuple[float, float] | None = None) -> Action:
 
 
 def wandering(count: int, seed: int = 0) -> list[Action]:
-    """Wrenches, with a wish to be elsewhere in every thirtieth action."""
+    """Return wrenches with a regrasp in every thirtieth action."""
     drawn = np.random.default_rng(seed).uniform(-0.3, 0.3, (count, 6)).astype(np.float32)
     drawn[:, 3:5] *= 3.0
     drawn[:, 5] = np.where(np.arange(count) % 30 == 3, 0.5, -0.5)
@@ -49,14 +49,14 @@ def rollout(env: Env, given: list[Action]) -> list[tuple[list[float], float, boo
     return steps
 
 
-def test_the_space_has_three_more_entries_and_says_what_they_stand_for() -> None:
+def test_the_action_space_has_three_more_entries() -> None:
     env = Push(action="regrasp")
     assert env.action_space == gymnasium.spaces.Box(-1.0, 1.0, (6,), np.float32)
     assert env.ACTION_SCALE.tolist() == [100.0, 100.0, 40.0, 1.0, 1.0, 1.0]
     assert env.control == 0.05
 
 
-def test_a_second_without_a_wrench_and_then_one_at_the_other_place() -> None:
+def test_a_regrasp_takes_a_second_without_a_wrench() -> None:
     env = Push(action="regrasp", hidden="none", noise=0.0)
     env.reset(seed=0, options=MIDDLE)
     rollout(env, [act(0.3, 0.0, 0.0)] * 5)
@@ -75,7 +75,7 @@ def test_a_second_without_a_wrench_and_then_one_at_the_other_place() -> None:
     assert after[6] == pytest.approx(25.0 * 0.6 / inertia * 0.04, rel=1e-3)
 
 
-def test_afterwards_it_moves_as_if_held_there_from_the_beginning() -> None:
+def test_a_regrasped_object_moves_like_one_held_there() -> None:
     options: dict[str, Any] = {"hidden": "locked", "noise": 0.0}
     went, held = Push(action="regrasp", **options), Push(action="wrench", **options)
     went.reset(seed=5, options=MIDDLE)
@@ -87,7 +87,7 @@ def test_afterwards_it_moves_as_if_held_there_from_the_beginning() -> None:
 
 
 @pytest.mark.parametrize("effects", [(), ({"kind": "gripper_inertia", "mass": 3.0},)])
-def test_what_hangs_on_the_sensor_is_not_felt_to_be_torn_off(
+def test_a_regrasp_causes_no_impulse_in_the_reading(
     effects: tuple[dict[str, Any], ...], tmp_path: Path
 ) -> None:
     env: Env = trundle.Record(
@@ -109,7 +109,7 @@ def test_what_hangs_on_the_sensor_is_not_felt_to_be_torn_off(
 @pytest.mark.parametrize(
     "duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)), lambda env: restored(env)]
 )
-def test_a_copy_made_on_the_way_goes_on_alike(duplicate: Callable[[Env], Env]) -> None:
+def test_a_copy_during_a_regrasp_continues_identically(duplicate: Callable[[Env], Env]) -> None:
     env: Env = gymnasium.make("trundle/PushDoor-v0", action="regrasp", hidden="catalogue")
     env.reset(seed=1)
     rollout(env, wandering(12))
@@ -127,7 +127,7 @@ def restored(env: Env) -> Env:
 
 
 @pytest.mark.parametrize("count", [3, 20])
-def test_a_batch_steps_as_single_ones(count: int) -> None:
+def test_a_batch_with_regrasps_steps_like_single_environments(count: int) -> None:
     options: dict[str, Any] = {"action": "regrasp", "object": "household", "horizon": 0}
     batch = gymnasium.make_vec(POSE, num_envs=count, autoreset_mode="Disabled", **options)
     singles = [Push(**options) for _ in range(count)]
@@ -140,7 +140,7 @@ def test_a_batch_steps_as_single_ones(count: int) -> None:
         np.testing.assert_array_equal(seen, [env.step(a)[0] for env, a in zip(singles, actions, strict=True)])
 
 
-def test_wrappers_and_goals_pass_it_on() -> None:
+def test_wrappers_and_goal_environments_support_regrasps() -> None:
     told = Oracle(gymnasium.make(POSE, action="regrasp", noise=0.0))
     goals: Env = gymnasium.make("trundle/PushPoseGoal-v0", action="regrasp", noise=0.0)
     first, _ = told.reset(seed=0)
@@ -162,7 +162,7 @@ def test_wrappers_and_goals_pass_it_on() -> None:
         (np.array([0, 0, 0, 1.5, 0, 0]), "ClipAction"),
     ],
 )
-def test_an_impossible_action_is_refused(action: Any, words: str) -> None:
+def test_an_invalid_action_is_refused(action: Any, words: str) -> None:
     env, batch = Push(action="regrasp"), gymnasium.make_vec(POSE, num_envs=2, action="regrasp")
     env.reset(seed=0)
     batch.reset(seed=0)
@@ -172,7 +172,7 @@ def test_an_impossible_action_is_refused(action: Any, words: str) -> None:
         batch.step(np.zeros((2, 3)))
 
 
-def test_the_picture_shows_an_open_hand_on_the_way() -> None:
+def test_the_image_shows_an_open_gripper_during_a_regrasp() -> None:
     env: Any = Push(action="regrasp", noise=0.0, render_mode="rgb_array")
     env.reset(seed=0, options=MIDDLE)
     held = env.render()
@@ -183,7 +183,7 @@ def test_the_picture_shows_an_open_hand_on_the_way() -> None:
     assert not np.array_equal(away, held), "it goes nowhere, but does not hold"
 
 
-def test_a_recording_with_a_regrasp_is_sound_and_fits(tmp_path: Path) -> None:
+def test_a_recording_with_a_regrasp_is_valid_and_can_be_fitted(tmp_path: Path) -> None:
     env = trundle.Record(gymnasium.make("trundle/LockedWheel-v0", action="regrasp"), tmp_path / "r")
     env.reset(seed=4, options=MIDDLE)
     random = np.random.default_rng(1)
@@ -201,12 +201,12 @@ def test_a_recording_with_a_regrasp_is_sound_and_fits(tmp_path: Path) -> None:
     assert found["body.mass"] == pytest.approx(22.0, rel=0.01)
     for axis in "xy":
         assert found[f"viscous_wheel.{axis}"] == pytest.approx(wheel[axis], abs=0.005)
-    # Turned by a quarter with the two exchanged it is the same wheel.
+    # A wheel rotated by 90° with exchanged coefficients is the same wheel.
     drags = sorted(found[f"viscous_wheel.mu_{axis}"] for axis in "xy")
     assert drags == pytest.approx(sorted(wheel[f"mu_{axis}"] for axis in "xy"), rel=0.02)
 
 
-def test_a_gripper_that_slips_while_it_is_felt_is_still_named(tmp_path: Path) -> None:
+def test_a_slipping_gripper_is_diagnosed(tmp_path: Path) -> None:
     env = trundle.Record(gymnasium.make("trundle/LockedWheel-v0", action="regrasp"), tmp_path / "r")
     env.reset(seed=4, options=MIDDLE)
     for k in range(60):
@@ -220,7 +220,7 @@ def test_a_gripper_that_slips_while_it_is_felt_is_still_named(tmp_path: Path) ->
     assert "grasp" in [found["kind"] for found in trundle.check(slips)]
 
 
-def test_it_is_played_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_play_supports_regrasps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     line = f"play PushPose --set action=regrasp --set horizon=40 --out {tmp_path / 'r'}"
     assert main(line.split()) == 0
     assert "episode 0" in capsys.readouterr().out

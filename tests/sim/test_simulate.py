@@ -19,7 +19,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def changed(tmp_path: Path, old: str, new: str) -> Path:
-    """Return the demo's scenario with a change, beside its object."""
+    """Return the demo's scenario with a change, next to its object."""
     for folder in ("experiments", "objects"):
         (tmp_path / folder).mkdir()
     table = CONFIGS / "objects" / "office_table.toml"
@@ -46,7 +46,7 @@ def test_the_same_seed_gives_the_same_bytes(
     assert trundle.read(tmp_path / "a") == trundle.simulate(DEMO, seed=3)
 
 
-def test_the_recording_has_no_word_of_what_is_hidden() -> None:
+def test_the_recording_does_not_contain_the_hidden_effect() -> None:
     recording = trundle.simulate(DEMO)
     text = repr(recording.metadata)
     for effect in trundle.effects():
@@ -54,7 +54,7 @@ def test_the_recording_has_no_word_of_what_is_hidden() -> None:
     assert "mass" not in recording.metadata["object"]
 
 
-def test_the_demo_is_worth_diagnosing() -> None:
+def test_the_demo_has_enough_motion() -> None:
     recording = trundle.simulate(DEMO)
     errors = [finding for finding in trundle.check(recording) if finding.get("severity") == "error"]
     assert errors == []
@@ -74,7 +74,7 @@ def test_the_demo_is_worth_diagnosing() -> None:
         ("count = 8", "count = -8", ["scenario.toml", "-8"]),
     ],
 )
-def test_a_wrong_scenario_is_refused(
+def test_an_invalid_scenario_is_refused(
     tmp_path: Path, old: str, new: str, words: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     scenario = changed(tmp_path, old, new)
@@ -85,7 +85,7 @@ def test_a_wrong_scenario_is_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_pushes_can_be_written_down(tmp_path: Path) -> None:
+def test_pushes_can_be_listed_in_a_scenario(tmp_path: Path) -> None:
     push = """
 [[push]]
 grasp = [-0.6, 0.0, 0.0]

@@ -1,4 +1,4 @@
-"""`trundle prove --after-design` from the command line to the document, on a recording that leaves a tie."""
+"""`trundle prove --after-design` from command line to document, on a recording that leaves a tie."""
 
 from __future__ import annotations
 
@@ -26,9 +26,7 @@ tune = 900002
 
 
 @pytest.mark.slow
-def test_a_tie_is_settled_by_the_push_that_was_asked_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_tie_is_resolved_by_the_designed_push(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = tmp_path / "tied.toml"
     config.write_text(TIED)
     places = ["--work", str(tmp_path / "work"), "--out", str(tmp_path / "out"), "--quiet"]
@@ -45,11 +43,11 @@ def test_a_tie_is_settled_by_the_push_that_was_asked_for(
     document = (tmp_path / "out/tied_tune.md").read_text()
     assert "## Diagnosis after the requested push" in document
     assert "floor_slope = force_bias" in document
-    # A folder tells neither what is hidden nor that a name is expected.
+    # A folder contains neither the hidden effect nor the expected name.
     for folder in (tmp_path / "work/tied_tune/longer").iterdir():
         assert "slope" not in (folder / "recording.toml").read_text()
 
-    # What was lost of it is made again, and alike; the first diagnoses are not.
+    # Only lost parts are made again, with the same result.
     first = (tmp_path / "out/proof/tied_tune.jsonl").read_bytes()
     kept.write_text("".join(json.dumps(line) + "\n" for line in [head, *rows[1:]]))
     assert main([*command, "--after-design"]) == 0
@@ -61,6 +59,6 @@ def test_a_tie_is_settled_by_the_push_that_was_asked_for(
     assert main([*command, "--redraw"]) == 0
     assert capsys.readouterr().out.strip() == document.strip()
 
-    # From the beginning without that flag: the results of the further pushes are gone with the others.
+    # With --fresh and without --after-design, all results are discarded.
     assert main([*command, "--fresh"]) == 0
     assert not kept.exists()

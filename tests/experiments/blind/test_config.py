@@ -1,4 +1,4 @@
-"""The file of a blind benchmark: what is wrong with it is told by key."""
+"""Settings of a blind benchmark: errors name the key."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ tune = 42
 """
 
 
-def test_what_is_left_out_is_all(tmp_path: Path) -> None:
+def test_omitted_lists_mean_all(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text(FILE)
     settings = read(path, "tune")

@@ -1,4 +1,4 @@
-"""One more push of the same object: what is asked for, what is made of it, and how it is counted."""
+"""A further push of the same object: its selection, its simulation, and its score."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ OF_TIE = experiment("floor_slope", "force_bias")
 OF_OTHER = experiment("floor_slope", "tether + latency")
 
 
-def test_the_push_for_a_tie_goes_before_that_for_an_alternative_unless_it_hardly_tells() -> None:
+def test_pushes_for_ties_come_first_unless_uninformative() -> None:
     both, dull = [OF_OTHER, OF_TIE], {**OF_TIE, "sure": 0.1}
     assert requested_experiment(answered("floor_slope", tied=TIE, experiments=[dull, OF_OTHER])) is OF_OTHER
     assert requested_experiment(answered("floor_slope", tied=TIE, experiments=[dull])) is dull
@@ -75,7 +75,7 @@ def test_the_push_for_a_tie_goes_before_that_for_an_alternative_unless_it_hardly
     assert requested_experiment(answered(experiments=both)) is None
 
 
-def test_results_that_were_kept_without_pushes_are_said() -> None:
+def test_results_without_pushes_are_reported() -> None:
     old = answered("floor_slope")
     del old["experiments"]
     with pytest.raises(trundle.TrundleError, match="--fresh"):
@@ -87,13 +87,13 @@ SETTINGS = Settings("tune", 7, ("force_bias",), (), 1, 0, 0, 0, matters=1.5, epi
 
 @cache
 def case(name: str = "force_bias") -> tuple[trundle.Recording, Row]:
-    """A recording of two pushes that are alike, and its answer as it is sealed."""
+    """Return a recording of two similar pushes and its sealed answer."""
     drawn = draw_case(PlannedCase("case_0000", (name,), 7), SETTINGS)
     assert drawn.recording is not None
     return drawn.recording, json.loads(json.dumps(rounded(drawn.answer)))
 
 
-def test_the_longer_recording_is_the_old_one_and_one_more_training_episode() -> None:
+def test_the_extended_recording_has_one_more_training_episode() -> None:
     before, truth = case()
     scene, hidden = restore_object(truth, SETTINGS)
     made = {kind: extend_recording(before, scene, hidden, kind, OF_TIE)[0] for kind in push_kinds(SETTINGS)}
@@ -110,7 +110,7 @@ def test_the_longer_recording_is_the_old_one_and_one_more_training_episode() -> 
     assert np.nanmean(starts[RANDOM_SIMILAR][:40]) == pytest.approx(np.nanmean(first[:40]), abs=0.02)
 
 
-def test_it_is_the_same_object_with_the_same_effect() -> None:
+def test_the_further_push_has_the_same_object_and_effect() -> None:
     before, truth = case()
     scene, hidden = restore_object(truth, SETTINGS)
     again = episode_table(scene, hidden, 0, simulate(scene, hidden, 0))
@@ -118,7 +118,7 @@ def test_it_is_the_same_object_with_the_same_effect() -> None:
         np.testing.assert_allclose(again[column], values, atol=1e-3, err_msg=column)
 
 
-def test_what_is_hidden_plays_no_part_in_what_is_pushed() -> None:
+def test_the_further_push_does_not_depend_on_the_hidden_effect() -> None:
     scene = draw_scene(7, 0, 2, alike=True)
     designed = next_push(scene, DESIGNED, OF_TIE)
     assert isinstance(designed, WrenchPush)
@@ -128,7 +128,7 @@ def test_what_is_hidden_plays_no_part_in_what_is_pushed() -> None:
         assert repr(made[0]) == repr(made[1])
 
 
-def test_controls_are_drawn_as_the_others_and_freely() -> None:
+def test_control_pushes_are_drawn_similarly_and_freely() -> None:
     alike = draw_scene(7, 0, 3, alike=True)
     like, free = (next_push(alike, kind, OF_TIE) for kind in (RANDOM_SIMILAR, RANDOM_UNRESTRICTED))
     assert isinstance(like, Push)
@@ -143,7 +143,7 @@ def test_controls_are_drawn_as_the_others_and_freely() -> None:
     assert usual.amplitude[2].any()
 
 
-def test_pushes_that_are_alike_do_not_turn_the_object() -> None:
+def test_similar_pushes_do_not_rotate_the_object() -> None:
     scene = draw_scene(7, 0, 3, alike=True)
     for k in range(3):
         pose = simulate(scene, [], k).pose
@@ -152,7 +152,7 @@ def test_pushes_that_are_alike_do_not_turn_the_object() -> None:
         assert np.ptp(pose[:, :2], axis=0).max() > 0.05
 
 
-def test_each_episode_has_its_own_first_angle_of_a_caster() -> None:
+def test_each_episode_has_its_own_initial_caster_angle() -> None:
     caster = FAMILIES["caster_swivel"]
     values: Row = {"point": [0.1, 0.0], "trail": 0.05, "mu_side": 80.0, "first": [0.1, 0.2]}
     longer = caster.extended(values, np.random.default_rng(0))
@@ -161,8 +161,8 @@ def test_each_episode_has_its_own_first_angle_of_a_caster() -> None:
     assert len(values["first"]) == 2
 
 
-def test_what_happened_stays_so_in_the_further_episode() -> None:
-    """Load that was put on in a training episode is still there."""
+def test_an_event_persists_in_the_further_episode() -> None:
+    """A load that was added in a training episode remains."""
     scene = draw_scene(7, 0, 2, alike=True)
     event = {"episode": 0, "time": 2.0, "mass": 5.0}
     hidden = HiddenEffect(FAMILIES["mass_change"], event)
@@ -174,14 +174,14 @@ def test_what_happened_stays_so_in_the_further_episode() -> None:
     assert of_heavy["distance"] < of_light["distance"]
 
 
-def test_a_commanded_wrench_is_straight_between_its_knots() -> None:
+def test_a_commanded_wrench_is_piecewise_linear() -> None:
     push = WrenchPush((0.0, 0.0, 0.0), Grasp(0.0, 0.0, 0.0), np.array(OF_TIE["pushes"][0]["knots"]))
     found = push.wrench(CONTACT_TIME_S + np.array([0.0, 0.25, 1.0, 2.1, 4.0]))
     np.testing.assert_allclose(found[:, 0], [0.0, 6.0, 12.0, 6.0, 0.0], atol=1e-9)
     np.testing.assert_allclose(found[:, 2], found[:, 0] / 12.0, atol=1e-9)
 
 
-def test_later_settings_leave_the_seals_of_earlier_proofs_as_they_are() -> None:
+def test_later_settings_do_not_change_earlier_seals() -> None:
     usual = Settings("tune", 7, (), (), 0, 0, 0, 0).plain()
     assert not {"alike", "size"} & usual.keys()
     assert SETTINGS.plain()["alike"] is True
@@ -197,7 +197,7 @@ def rows(name: str, answers: dict[str, Row], truth: str = "floor_slope") -> tupl
     return first[0], [row for row in made if row["push"] != "none"]
 
 
-def test_what_a_push_settles_is_counted_beside_the_controls() -> None:
+def test_resolved_ties_are_counted_with_their_controls() -> None:
     doubt = answered("floor_slope", tied=TIE, experiments=[OF_TIE])
     alone, wrong = answered("floor_slope", p=0.999), answered("force_bias", p=0.999)
     cases = [
@@ -224,7 +224,7 @@ def test_what_a_push_settles_is_counted_beside_the_controls() -> None:
     assert "| designed | 12 | 0.4 | 0.1 |" in follow_up_tables.efforts(found)
 
 
-def test_a_tie_that_holds_the_true_name_is_right_but_settles_nothing() -> None:
+def test_a_tie_with_the_true_name_is_right_but_unresolved() -> None:
     truth = {"names": ["force_bias"], "foreign": False}
     assert not is_unambiguous(answered("floor_slope", tied=TIE), truth)
     assert is_unambiguous(answered("force_bias"), truth)
@@ -236,7 +236,7 @@ def test_a_tie_that_holds_the_true_name_is_right_but_settles_nothing() -> None:
     assert not is_unambiguous(answered("tracker_offset"), moved)
 
 
-def test_the_probability_of_twins_is_that_of_both() -> None:
+def test_equivalent_effects_share_their_probability() -> None:
     moved: Row = {"names": ["com_offset"], "foreign": False, "truth": []}
     both = answered("tracker_offset", p=0.8, tied=[["tracker_offset", "com_offset"]], twin=0.19)
     assert follow_up_tables.is_sure({"answer": both, "truth": moved})
@@ -244,7 +244,7 @@ def test_the_probability_of_twins_is_that_of_both() -> None:
     assert not follow_up_tables.is_sure({"answer": alone, "truth": moved})
 
 
-def test_nothing_recorded_is_tabled_as_such() -> None:
+def test_missing_results_are_shown_in_the_table() -> None:
     assert follow_up_tables.rates([]).count("no case") == 4
     assert "diagnosed for 0 of them" in follow_up_tables.case_counts([], [])
     follow_up_tables.pairs([])
@@ -253,6 +253,6 @@ def test_nothing_recorded_is_tabled_as_such() -> None:
     follow_up_tables.efforts([])
 
 
-def test_limits_are_not_pushed_again(capsys: pytest.CaptureFixture[str]) -> None:
+def test_detection_limits_have_no_further_pushes(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["prove", "--limits", "--after-design"]) == 2
     assert "remove --limits" in capsys.readouterr().err

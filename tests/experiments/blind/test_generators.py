@@ -1,4 +1,4 @@
-"""What MuJoCo makes agrees with the laws here where both have them, and hides nothing at size zero."""
+"""Recordings from MuJoCo agree with trundle's laws, and effects of size zero have no influence."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def bare(seed: int = SEED) -> tuple[Motion, ...]:
 
 @cache
 def drawn(name: str) -> tuple[int, HiddenEffect]:
-    """A family's values, in the first scene that has a place for it."""
+    """Return a family's values in the first scene that supports it."""
     for seed in range(SEED, SEED + 20):
         paths = [one.pose for one in bare(seed)]
         values = FAMILIES[name].draw(np.random.default_rng(seed), scene(seed), paths)
@@ -44,7 +44,7 @@ def drawn(name: str) -> tuple[int, HiddenEffect]:
 
 
 def simulated(true: Motion, effects: list[dict[str, object]], seed: int = SEED) -> NDArray[np.float64]:
-    """Poses (n, 3) that the model gives under the same wrench."""
+    """Return poses (n, 3) of the model under the same wrench."""
     found = scene(seed)
     body = {**found.shape.described(with_feet=True), "mass": found.mass}
     wheel = {"kind": "viscous_wheel", **vars(found.wheel)}
@@ -63,7 +63,7 @@ def simulated(true: Motion, effects: list[dict[str, object]], seed: int = SEED) 
 
 
 @pytest.mark.parametrize("seed", range(SEED, SEED + 4))
-def test_a_pushed_object_moves_as_the_paper_s_model_does(seed: int) -> None:
+def test_a_pushed_object_follows_the_model_of_the_paper(seed: int) -> None:
     for true in bare(seed):
         assert np.ptp(true.pose[:, :2], axis=0).max() > 0.1
         off = np.abs(simulated(true, [], seed))
@@ -71,7 +71,7 @@ def test_a_pushed_object_moves_as_the_paper_s_model_does(seed: int) -> None:
         assert off[:, 2].max() < 4e-3
 
 
-def test_a_commanded_wrench_is_what_moves_the_object() -> None:
+def test_the_commanded_wrench_moves_the_object() -> None:
     knots = np.array([[0.0, 0, 0, 0], [0.2, 15, 0, 3], [1.5, 15, 0, 3], [1.7, -15, 0, 0], [3, 0, 0, 0]])
     push = WrenchPush((0.2, 0.1, 0.6), Grasp(0.3, -0.2, 0.4), knots)
     true = simulate(replace(scene(), pushes=(push,)), [], 0)
@@ -81,20 +81,20 @@ def test_a_commanded_wrench_is_what_moves_the_object() -> None:
 
 
 @pytest.mark.parametrize("name", FAMILIES)
-def test_at_size_zero_there_is_nothing(name: str) -> None:
+def test_an_effect_of_size_zero_has_no_influence(name: str) -> None:
     seed, hidden = drawn(name)
     nothing = [hidden.scaled(0.0)]
     clean = episode_table(scene(seed), [], 1, bare(seed)[1])
     found = episode_table(scene(seed), nothing, 1, simulate(scene(seed), nothing, 1))
     assert clean.keys() == found.keys()
     for column, values in clean.items():
-        # A light foot, arm or load is there even so: up to 10 g.
+        # A small body of up to 10 g remains.
         limit = 0.05 if column.startswith(("force", "torque")) else 2e-4
         np.testing.assert_allclose(found[column], values, atol=limit, err_msg=column)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
-def test_at_full_size_there_is_something(name: str) -> None:
+def test_an_effect_of_full_size_has_an_influence(name: str) -> None:
     seed, hidden = drawn(name)
     differs = False
     for k in range(EPISODES):
@@ -113,12 +113,12 @@ SIMPLE = {
     "obstacle_contact": 0.06,  # gives way by a millimetre
     "tether": 0.002,
 }
-"""The share that is left, for effects on the object without inner state, event or another wheel."""
+"""Largest remaining share, for effects on the object without internal state, event or further wheel."""
 
 
 @pytest.mark.parametrize("name", SIMPLE)
-def test_the_true_law_is_what_mujoco_has(name: str) -> None:
-    """With true values, under the same wrench: little is left of what the effect changes."""
+def test_the_true_law_reproduces_mujoco(name: str) -> None:
+    """With true values and the same wrench, little of the effect's influence remains."""
     seed, hidden = drawn(name)
     truly = [simulate(scene(seed), [hidden], k) for k in range(EPISODES)]
     laws = hidden.family.laws(scene(seed), hidden.values)
@@ -128,7 +128,7 @@ def test_the_true_law_is_what_mujoco_has(name: str) -> None:
 
 
 def apart(truly: list[Motion], laws: list[dict[str, object]], seed: int) -> float:
-    """How far simulated positions are from the true ones, root mean square, m."""
+    """Return the RMS distance of simulated from true positions, m."""
     return float(np.sqrt(np.mean([np.mean(simulated(one, laws, seed)[:, :2] ** 2) for one in truly])))
 
 
@@ -138,14 +138,14 @@ def test_the_same_seed_gives_the_same_recording() -> None:
     assert first == second
 
 
-def test_a_recording_says_nothing_of_what_is_hidden() -> None:
+def test_a_recording_does_not_name_the_hidden_effect() -> None:
     seed, hidden = drawn("floor_patch")
     found = make_recording(scene(seed), [hidden], name="case_0001")
     clean = make_recording(scene(seed), [], name="case_0001")
     assert found.metadata == clean.metadata
 
 
-def test_every_family_can_be_told_from_its_name() -> None:
+def test_families_are_found_by_name() -> None:
     names = {effect["effect"] for effect in trundle.effects()}
     for name, family in FAMILIES.items():
         assert isinstance(family, Family)

@@ -1,4 +1,4 @@
-"""`trundle prove` from the command line to the document, on the smallest proof there is."""
+"""`trundle prove` from command line to document, on a minimal benchmark."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def command(tmp_path: Path, *more: str, text: str = TINY) -> int:
     return main(["prove", "--config", str(config), "--range", "tune", *places, *more])
 
 
-def test_three_cases_are_drawn_sealed_diagnosed_scored_and_gone_on_from(
+def test_cases_are_drawn_sealed_diagnosed_scored_and_resumed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command(tmp_path) == 0
@@ -51,14 +51,14 @@ def test_three_cases_are_drawn_sealed_diagnosed_scored_and_gone_on_from(
     head, *rows = map(json.loads, (kept / "tiny_tune.jsonl").read_text().splitlines())
     assert head["settings"]["sha256"] == sha
     assert sorted(row["trial"]["case"] for row in rows) == ["case_0000", "case_0001", "case_0002"]
-    # No case tells what it is.
+    # No case names its hidden effect.
     for folder in (tmp_path / "work/tiny_tune/recordings").iterdir():
         text = (folder / "recording.toml").read_text()
         assert "slope" not in text
         assert "bias" not in text
 
-    # Interrupted: one result and one recording are lost; only these are made again, and alike.
-    rows.sort(key=lambda row: bool(row["found"]["missing"]))  # what is consistent takes least
+    # If one result and one recording are lost, only these are made again, with the same bytes.
+    rows.sort(key=lambda row: bool(row["found"]["missing"]))  # a consistent case is the fastest
     lost = rows[0]["trial"]["case"]
     before = {row["trial"]["case"]: row["found"] for row in rows}
     units = {path: json.loads(path.read_text()) for path in (tmp_path / "work/tiny_tune/units").iterdir()}
@@ -72,7 +72,7 @@ def test_three_cases_are_drawn_sealed_diagnosed_scored_and_gone_on_from(
     assert {row["trial"]["case"]: row["found"] for row in again} == before
     assert hashlib.sha256(sealed.read_bytes()).hexdigest() == sha
 
-    # The page is written anew from what is kept, and only from answers that were sealed.
+    # The page is redrawn from saved results, and only from sealed answers.
     capsys.readouterr()
     assert command(tmp_path, "--redraw") == 0
     assert sha in capsys.readouterr().out
@@ -90,7 +90,7 @@ def test_three_cases_are_drawn_sealed_diagnosed_scored_and_gone_on_from(
         (TINY.replace("trundle-proof/1", "trundle-proof/2"), "trundle-proof/1"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_said(
+def test_an_unusable_file_is_reported(
     text: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command(tmp_path, text=text) == 2
@@ -98,7 +98,7 @@ def test_a_file_that_cannot_be_used_is_said(
     assert not (tmp_path / "out").exists()
 
 
-def test_without_mujoco_it_says_what_to_install(
+def test_a_missing_mujoco_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
@@ -106,7 +106,7 @@ def test_without_mujoco_it_says_what_to_install(
     assert "trundle[mujoco]" in capsys.readouterr().err
 
 
-def test_a_refusal_names_the_case_and_not_the_place_of_the_benchmark(tmp_path: Path) -> None:
+def test_an_error_names_the_case_without_the_folder(tmp_path: Path) -> None:
     answer = diagnose_one("", tmp_path / "case_0003")["answer"]
     assert answer["verdict"] == "refused"
     assert "case_0003" in answer["reason"]

@@ -1,4 +1,4 @@
-"""Scores of answers that were made up, wrong ones among them."""
+"""Scores of invented right and wrong answers."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ TIE = [["com_offset", "tracker_offset"]]
         (named(verdict="consistent"), hidden("magnet", foreign=True), False),
     ],
 )
-def test_what_is_right(answer: Row, truth: Row, right: bool) -> None:
+def test_right_answers(answer: Row, truth: Row, right: bool) -> None:
     assert is_right(answer, truth) == right
 
 
@@ -91,7 +91,7 @@ def test_false_alarms_and_confident_wrong_names() -> None:
     assert not has_wrong_name(named("latency"), hidden("latency"))
 
 
-def test_probabilities_are_held_against_what_was_hidden() -> None:
+def test_calibration_compares_probabilities_with_the_truth() -> None:
     assert named_probabilities(named("latency", "tether", p=0.7), hidden("latency")) == [
         (0.7, True),
         (0.7, False),
@@ -111,7 +111,7 @@ def test_columns_of_the_confusion_matrix() -> None:
     assert confusion_label(named(verdict="consistent"), hidden("latency")) == "consistent"
 
 
-def test_the_gain_is_in_logarithm_and_of_the_oracle_s() -> None:
+def test_the_gain_is_logarithmic_and_relative_to_the_oracle() -> None:
     answer = named("latency")
     figures = {"window_position_rmse": 0.03, "window_heading_rmse": 0.08}
     answer["held_out"] = {
@@ -132,7 +132,7 @@ def placed(effect: str, true: Row, given: Row | None, parameters: Row | None = N
     return row(answer, truth)
 
 
-def test_places_and_moments() -> None:
+def test_errors_of_places_and_times() -> None:
     point = {"body_point": [0.1, 0.2]}
     event = {"event": {"episode": "episode_02", "time": 2.0}}
     at = {"event": {"episode": "episode_02", "time": {"mean": 2.1}}}
@@ -158,7 +158,7 @@ def test_places_and_moments() -> None:
     assert [e for _, e in found["delay, s"]] == pytest.approx([0.01])
 
 
-def test_regions_overlap_where_the_object_went() -> None:
+def test_regions_are_compared_where_the_object_was() -> None:
     cells = [[x, y] for x in range(20) for y in range(10)]
     square = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]]
     half = [[0.0, 0.0], [0.25, 0.0], [0.25, 0.5], [0.0, 0.5]]
@@ -169,7 +169,7 @@ def test_regions_overlap_where_the_object_went() -> None:
     assert region_overlap([[2, 2], [3, 2], [3, 3]], square, cells) == 0.0
 
 
-def test_values() -> None:
+def test_errors_of_values() -> None:
     found = parameter_errors([placed("latency", {}, None, {"delay": {"mean": 0.04, "sd": 0.005}})])
     assert found["latency.delay"][0] == pytest.approx((0.2, 2.0))
 
@@ -182,7 +182,7 @@ def test_shares_have_wilson_s_interval() -> None:
     assert share([]).text() == "no case"
 
 
-def test_what_misses_its_target_is_printed_as_such() -> None:
+def test_missed_targets_are_reported() -> None:
     rows = [row(named("latency"), hidden("latency"))] * 10 + [row(named("tether"), hidden("latency"))]
     rows += [row(named(verdict="consistent"), hidden())] * 300
     text = tables.targets(rows)
@@ -193,7 +193,7 @@ def test_what_misses_its_target_is_printed_as_such() -> None:
     assert "no case" in lines["two effects: exactly both names"]
 
 
-def test_figures_are_drawn_of_any_rows(tmp_path: Any) -> None:
+def test_figures_are_drawn_for_any_rows(tmp_path: Any) -> None:
     rows = [
         row(named("latency", p=0.8), hidden("latency")),
         row(named("tether"), hidden("magnet", foreign=True)),

@@ -1,4 +1,4 @@
-"""Answers that are sealed stay what they are."""
+"""Sealed answers cannot change."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trundle.experiments.blind.sealed import open_sealed, seal
 ANSWERS = {"case_0001": {"names": ["latency"], "seed": 8}, "case_0000": {"names": [], "seed": 7}}
 
 
-def test_a_sealed_file_is_known_by_its_hash_and_opens(tmp_path: Path) -> None:
+def test_a_sealed_file_opens_with_its_hash(tmp_path: Path) -> None:
     path = tmp_path / "answers.json"
     sha = seal(path, {"range": "tune"}, ANSWERS)
     assert sha == hashlib.sha256(path.read_bytes()).hexdigest()

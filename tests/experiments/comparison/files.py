@@ -1,4 +1,4 @@
-"""A comparison that takes a second: short episodes, a planner that hardly looks, five worlds."""
+"""A comparison that takes a second: short episodes, few samples, five worlds."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ settings = { samples = 8, adapt = false }
 
 
 def written(folder: Path, text: str = TINY) -> Path:
-    """Write a comparison's file."""
+    """Write the file of a comparison."""
     path = folder / "tiny.toml"
     path.write_text(text)
     return path

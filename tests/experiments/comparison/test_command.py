@@ -1,4 +1,4 @@
-"""`trundle compare` from its file to its document, interrupted in every way."""
+"""`trundle compare` from file to document, with interruptions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def results(folder: Path) -> bytes:
 
 
 def episodes(folder: Path) -> list[dict[str, Any]]:
-    """Return what users get out of the results."""
+    """Return the results of all episodes."""
     head, *lines = map(json.loads, results(folder).splitlines())
     assert set(head) == {"settings", "policies", "trundle"}
     frames = [pd.DataFrame(line) for line in lines]
@@ -48,7 +48,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_each_agent_plays_each_world_once_in_order(whole: Path) -> None:
+def test_each_agent_plays_each_world_once(whole: Path) -> None:
     rows = episodes(whole)
     played = [(row["worlds"], row["agent"], row["run"], row["seed"]) for row in rows]
     table = [("table", agent, 0, seed) for agent in ("oracle", "adaptive", "fixed") for seed in (70, 71, 72)]
@@ -64,7 +64,7 @@ def test_each_agent_plays_each_world_once_in_order(whole: Path) -> None:
     assert {row["learning"] for row in rows if row["agent"] == "adaptive"} <= {0.5, 0.55}
 
 
-def test_the_document_tells_it(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_document_contains_the_results(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page = (whole / "out/tiny.md").read_text()
     assert "**A table** (`table`, 3 worlds): Adaptive succeeds in" in page
     assert "seeds 70 to 72" in page
@@ -80,13 +80,11 @@ def test_the_document_tells_it(whole: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 def kept(folder: Path) -> list[Path]:
-    """Return the files of the episodes that were played."""
+    """Return the files of the finished episodes."""
     return sorted((folder / "work/tiny").glob("*.json"))
 
 
-def test_an_episode_that_was_lost_is_played_again_and_gives_the_same_bytes(
-    whole: Path, tmp_path: Path
-) -> None:
+def test_a_lost_episode_is_repeated_with_the_same_bytes(whole: Path, tmp_path: Path) -> None:
     shutil.copytree(whole / "work", tmp_path / "work")
     assert len(kept(tmp_path)) == EPISODES
     before = {path: path.stat().st_mtime_ns for path in kept(tmp_path)}
@@ -103,7 +101,7 @@ def test_several_processes_give_the_same_bytes(whole: Path, tmp_path: Path) -> N
     assert results(tmp_path) == results(whole)
 
 
-def test_ctrl_c_ends_it_at_once_and_the_next_call_goes_on(whole: Path, tmp_path: Path) -> None:
+def test_the_next_call_continues_after_ctrl_c(whole: Path, tmp_path: Path) -> None:
     written(tmp_path, TINY.replace("samples = 8", "samples = 500").replace("horizon = 12", "horizon = 40"))
     line = [*COMMAND, "compare", "tiny.toml", "--work", "work", "--out", "out", "--jobs", "2"]
     with interruptible(line, tmp_path) as process:
@@ -118,7 +116,7 @@ def test_ctrl_c_ends_it_at_once_and_the_next_call_goes_on(whole: Path, tmp_path:
     assert 0 < len(kept(tmp_path)) < EPISODES
 
 
-def test_more_worlds_are_added_to_those_that_were_played(whole: Path, tmp_path: Path) -> None:
+def test_more_worlds_are_added_to_existing_results(whole: Path, tmp_path: Path) -> None:
     assert compare(tmp_path, "--worlds", "1") == 0
     assert len(episodes(tmp_path)) == 3 + 2
     before = {path: path.stat().st_mtime_ns for path in kept(tmp_path)}
@@ -127,19 +125,19 @@ def test_more_worlds_are_added_to_those_that_were_played(whole: Path, tmp_path: 
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
-def test_an_agent_that_changed_is_played_anew_and_no_other(whole: Path, tmp_path: Path) -> None:
+def test_only_a_changed_agent_is_played_again(whole: Path, tmp_path: Path) -> None:
     shutil.copytree(whole / "work", tmp_path / "work")
     changed = TINY.replace("samples = 8, adapt = false", "samples = 9, adapt = false")
     assert compare(tmp_path, text=changed.replace('title = "Fixed"', 'title = "No adaptation"')) == 0
     assert len(kept(tmp_path)) == EPISODES + 5
-    # The page cannot be drawn from results of another agent of that name.
+    # The page cannot be redrawn from results of another agent with the same name.
     assert compare(tmp_path, "--redraw") == 2
     assert compare(tmp_path, "--fresh") == 0
     assert len(kept(tmp_path)) == EPISODES
 
 
 class Still:
-    """A policy that does nothing, and remembers for how long."""
+    """A policy that does nothing and counts its steps."""
 
     def __init__(self, file: str) -> None:
         self.push = 1.0 if "b" in Path(file).stem else 0.0
@@ -157,7 +155,7 @@ class Still:
         return np.array([self.push, 0, 0], dtype=np.float32), 1 + (state or 0)
 
 
-def test_each_run_of_a_policy_plays_and_is_known_by_its_bytes(
+def test_each_policy_file_is_a_run_identified_by_its_bytes(
     whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("trundle.experiments.training.policy.load", Still)
@@ -201,7 +199,7 @@ def test_each_run_of_a_policy_plays_and_is_known_by_its_bytes(
         ('hidden = "locked"', 'hidden = "lokced"', "lokced"),
     ],
 )
-def test_what_cannot_be_played_is_said_before_anything_is(
+def test_unplayable_settings_are_reported_first(
     old: str, new: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert compare(tmp_path, text=TINY.replace(old, new)) == 2
@@ -210,7 +208,7 @@ def test_what_cannot_be_played_is_said_before_anything_is(
     assert not (tmp_path / "out").exists()
 
 
-def test_an_episode_that_cannot_be_played_is_told_and_the_others_are_kept(
+def test_a_failed_episode_is_reported_and_others_are_kept(
     whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def fails_once(worlds: Worlds, agent: Agent, run: int, seed: int) -> Any:
@@ -229,6 +227,6 @@ def test_an_episode_that_cannot_be_played_is_told_and_the_others_are_kept(
     assert results(tmp_path) == results(whole)
 
 
-def test_without_results_there_is_nothing_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_results_cannot_be_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert compare(tmp_path, "--redraw") == 2
     assert "run without --redraw" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""A comparison's file: what cannot be used is refused in a sentence that says where."""
+"""The file of a comparison: errors name the place."""
 
 from pathlib import Path
 
@@ -46,7 +46,7 @@ def test_a_file_is_read_in_its_order(tmp_path: Path) -> None:
         ("most = 9.0", 'most = "9"', "`targets[0].most` = '9'; it is a number"),
     ],
 )
-def test_what_cannot_be_used_is_said(old: str, new: str, words: str, tmp_path: Path) -> None:
+def test_invalid_settings_are_reported(old: str, new: str, words: str, tmp_path: Path) -> None:
     assert old in TINY
     with pytest.raises(trundle.TrundleError) as refused:
         read(written(tmp_path, TINY.replace(old, new, 1)))

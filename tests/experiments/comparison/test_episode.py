@@ -1,4 +1,4 @@
-"""What is noted of an episode."""
+"""Records of an episode."""
 
 from types import SimpleNamespace
 
@@ -12,11 +12,11 @@ from trundle.experiments.runs.episode import count_onsets
 @pytest.mark.parametrize(
     ("touched", "count"), [([], 0), ([True], 1), ([False, True, True, False, True], 2), ([True, True], 1)]
 )
-def test_a_touch_that_lasts_is_one(touched: list[bool], count: int) -> None:
+def test_a_continuous_contact_counts_once(touched: list[bool], count: int) -> None:
     assert count_onsets(touched) == count
 
 
-def test_what_was_learnt_is_told_once_and_in_order() -> None:
+def test_learnt_effects_are_listed_once_in_order() -> None:
     named = [("tether",), (), ("com_offset", "tether")]
     updates = [
         SimpleNamespace(time=0.5 + k, named=names, regrasp=(0.1, 0.2) if names else None)
@@ -32,8 +32,8 @@ def test_what_was_learnt_is_told_once_and_in_order() -> None:
     assert learning_summary(SimpleNamespace()) == {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
 
 
-def test_the_oracle_knows_what_is_hidden_and_no_other_agent_does() -> None:
-    # A wheel locked so hard that who believes in a free one cannot turn the table about it.
+def test_only_the_oracle_knows_the_hidden_model() -> None:
+    # A wheel with so much drag that a model with a free wheel cannot turn the table about it.
     wheel = {"kind": "viscous_wheel", "x": -0.5, "y": 0.3, "angle": 0.0, "mu_x": 800.0, "mu_y": 800.0}
     worlds = Worlds("W", "trundle/PushPose-v0", 0, 1, [], {"hidden": "none"}, [wheel])
     ends = {}

@@ -1,4 +1,4 @@
-"""Figures and intervals, against other sources and against what is known of them."""
+"""Statistics and intervals, compared with SciPy and with known results."""
 
 import numpy as np
 import pytest
@@ -8,12 +8,12 @@ from trundle.experiments.statistics import difference, improvement, iqm, rate, r
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 7, 200])
-def test_the_middle_half_is_that_of_scipy(count: int) -> None:
+def test_the_interquartile_mean_agrees_with_scipy(count: int) -> None:
     values = np.random.default_rng(1).lognormal(size=(count, 1))
     assert iqm(values).value == pytest.approx(trim_mean(values[:, 0], 0.25))
 
 
-def test_an_interval_holds_the_truth_as_often_as_it_says() -> None:
+def test_intervals_have_their_nominal_coverage() -> None:
     # The interquartile mean of a symmetric distribution is its centre.
     random = np.random.default_rng(2)
     held = 0
@@ -23,7 +23,7 @@ def test_an_interval_holds_the_truth_as_often_as_it_says() -> None:
     assert 0.89 <= held / 200 <= 0.99
 
 
-def test_a_rate_has_wilsons_interval_also_at_its_ends() -> None:
+def test_rates_have_wilson_intervals() -> None:
     found = rate(np.ones((200, 1)))
     assert found.value == 1.0
     assert found.high == pytest.approx(1.0)
@@ -38,7 +38,7 @@ def test_runs_that_differ_widen_an_interval() -> None:
     assert rate(apart).high == 1.0
 
 
-def test_what_is_compared_is_paired_by_world() -> None:
+def test_differences_are_paired_by_world() -> None:
     a = np.random.default_rng(4).normal(0.0, 9.0, size=(50, 1))
     shift = difference(a + 0.5, a)
     assert (shift.low, shift.value, shift.high) == pytest.approx((0.5, 0.5, 0.5))

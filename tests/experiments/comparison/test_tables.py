@@ -1,4 +1,4 @@
-"""Tables, from rows whose figures can be worked out by hand."""
+"""Tables of rows whose statistics are computed by hand."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SETTINGS = Settings(
 RESULTS = {"w": {"oracle": ORACLE, "mine": MINE}}
 
 
-def test_regret_of_sums_counts_everything_and_of_worlds_the_middle() -> None:
+def test_regret_of_sums_and_of_worlds() -> None:
     assert regret(MINE, ORACLE).value == pytest.approx((1.1 + 2.2 + 4.0) / 4.0 - 1)
     assert regret(MINE, ORACLE, time_to_success).value == pytest.approx((4.0 + 4.0 + 15.0) / 12.0 - 1)
     worlds = [row(k, -2.0) for k in range(8)]
@@ -54,7 +54,7 @@ def test_rates() -> None:
     assert quick_success(MINE, 0.5).value == pytest.approx(1 / 3)
 
 
-def test_targets_are_judged_with_their_intervals() -> None:
+def test_targets_use_intervals() -> None:
     lines = tables.targets(SETTINGS, RESULTS).splitlines()[2:]
     assert [line.split(" | ")[-1] for line in lines] == [
         "met, interval reaches beyond |",
@@ -63,13 +63,13 @@ def test_targets_are_judged_with_their_intervals() -> None:
     ]
 
 
-def test_what_was_named_is_held_against_what_was_hidden() -> None:
+def test_named_effects_are_compared_with_hidden_ones() -> None:
     line = tables.diagnoses(SETTINGS, RESULTS).splitlines()[2]
     assert line.startswith("| `w` | Mine | 33.3 %")
     assert line.split(" | ")[3].startswith("0.0 %")
 
 
-def test_what_is_hidden_goes_by_the_names_of_diagnoses() -> None:
+def test_hidden_effects_have_diagnosis_names() -> None:
     def hidden(options: dict[str, Any], *kinds: str) -> set[str] | None:
         worlds = Worlds("", "e", 0, 3, [], options, [{"kind": kind} for kind in kinds])
         return tables.hidden_effects(worlds)
@@ -86,13 +86,13 @@ def test_what_is_hidden_goes_by_the_names_of_diagnoses() -> None:
     assert tables.naming_cells(MINE, None) == ["–", "–"]
 
 
-def test_the_first_sentence_tells_success_and_regret() -> None:
+def test_the_first_sentence_states_success_and_regret() -> None:
     assert headlines(SETTINGS, RESULTS).startswith("- **Worlds** (`w`, 3 worlds): Mine succeeds in 66.7 % [")
     assert "loses 83 % [" in headlines(SETTINGS, RESULTS)
     assert headlines(SETTINGS, RESULTS).endswith("; Oracle 100.0 %.")
 
 
-def test_an_agent_that_learns_nothing_has_no_success_after_few_fits() -> None:
+def test_a_fixed_agent_has_no_success_by_number_of_fits() -> None:
     fixed = [{**one, "fits": 0, "learning": 0.0} for one in MINE]
     settings = {"oracle": SETTINGS.agents["oracle"], "mine": Agent("Fixed", "adaptive", {"adapt": False})}
     told = tables.outcomes(Settings("n", "T", SETTINGS.worlds, settings, "mine"), {"mine": fixed})

@@ -1,4 +1,4 @@
-"""Worlds: what is drawn is the seed's, and the same for all who play."""
+"""Worlds depend on the seed only and are the same for all agents."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -28,7 +28,7 @@ def hidden(worlds: Worlds, seed: int, **options: Any) -> tuple[Mapping[str, Any]
     return source.hidden_model(), observation
 
 
-def test_an_effect_is_added_to_the_very_world_that_the_seed_draws() -> None:
+def test_an_effect_is_added_to_the_world_of_the_seed() -> None:
     for seed in range(5):
         plain, before = hidden(unseen([]), seed)
         more, after = hidden(unseen([FRICTION]), seed)
@@ -41,14 +41,14 @@ def test_an_effect_is_added_to_the_very_world_that_the_seed_draws() -> None:
         np.testing.assert_array_equal(before[-8:], after[-8:])  # sizes and obstacle
 
 
-def test_who_acts_otherwise_plays_the_same_world() -> None:
+def test_the_world_does_not_depend_on_the_actions() -> None:
     by_wrench, first = hidden(unseen([FRICTION]), 3)
     by_velocity, second = hidden(unseen([FRICTION]), 3, action="velocity")
     assert by_wrench == by_velocity
     np.testing.assert_array_equal(first[7:11], second[7:11])
 
 
-def test_values_are_fixed_in_a_range_or_one_of_several() -> None:
+def test_values_are_fixed_ranges_or_choices() -> None:
     effects = [
         {"kind": "viscous_wheel", "at": "foot", "mu_x": [60.0, 90.0], "mu_y": 7.0, "angle": {"any": [0, 1]}}
     ]
@@ -91,13 +91,13 @@ def test_a_place_is_on_an_object_whose_origin_is_not_in_its_middle() -> None:
         ({"kind": "coulomb_friction", "at": "feet", "force": 3.0}, "at = 'feet': give \"foot\""),
     ],
 )
-def test_what_says_no_value_is_refused(effect: dict[str, Any], words: str) -> None:
+def test_invalid_values_are_refused(effect: dict[str, Any], words: str) -> None:
     with pytest.raises(trundle.TrundleError) as refused:
         draw_effects([effect], BODY, 0)
     assert words in str(refused.value)
 
 
-def test_an_object_without_feet_has_no_place_there() -> None:
+def test_a_place_at_a_foot_needs_feet() -> None:
     with pytest.raises(trundle.TrundleError, match="has no supports"):
         draw_effects([FRICTION], {"footprint": BODY["footprint"]}, 0)
 
@@ -109,13 +109,13 @@ def test_an_environment_that_cannot_be_made_is_named(options: dict[str, Any]) ->
         make_world(worlds, 0, {})
 
 
-def test_environments_of_others_are_refused() -> None:
+def test_other_environments_are_refused() -> None:
     for name in ("CartPole-v1", "trundle/Nothing-v0", "trundle/PushPoseGoal-v0"):
         with pytest.raises(trundle.TrundleError, match=name.split("/")[-1]):
             make_world(Worlds("W", name, 0, 1, []), 0, {})
 
 
-def test_the_time_limit_is_the_environments() -> None:
+def test_the_time_limit_is_that_of_the_environment() -> None:
     for options, limit in (({}, 15.0), ({"horizon": 40}, 2.0), ({"action": "push", "horizon": 2}, 2.0)):
         worlds = Worlds("W", "trundle/PushPose-v0", 0, 1, [], {"hidden": "none"})
         env, _ = make_world(worlds, 0, options)

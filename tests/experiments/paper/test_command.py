@@ -9,9 +9,7 @@ from trundle.cli import main
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 
 
-def test_a_section_with_its_figure_and_results_is_written_and_redrawn(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_section_is_written_and_redrawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     line = ["paper", "fig8", "--quick", "--out", str(tmp_path), "--configs", str(CONFIGS)]
     assert main(line) == 0
     text = (tmp_path / "paper.md").read_text()
@@ -33,7 +31,7 @@ def test_a_section_with_its_figure_and_results_is_written_and_redrawn(
     ("more", "words"),
     [(["--redraw"], "no results"), (["--seeds", "0"], "seeds = 0"), (["--configs", "nowhere"], "--configs")],
 )
-def test_what_cannot_be_run_is_said(
+def test_invalid_experiments_are_reported(
     more: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     line = ["paper", "fig8", "--quick", "--out", str(tmp_path / "out"), "--configs", str(CONFIGS), *more]

@@ -1,4 +1,4 @@
-"""Each experiment rewrites its own section of the document."""
+"""Each experiment rewrites only its section of the document."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from trundle.experiments.paper.document import replace_section
 ORDER = ["one", "two", "three"]
 
 
-def test_a_section_is_rewritten_and_nothing_else(tmp_path: Path) -> None:
+def test_only_one_section_is_rewritten(tmp_path: Path) -> None:
     path = tmp_path / "paper.md"
     replace_section(path, "three", "third", ORDER)
     replace_section(path, "one", "first", ORDER)
@@ -27,7 +27,7 @@ def test_a_section_is_rewritten_and_nothing_else(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_marker_that_went_missing_is_named(tmp_path: Path) -> None:
+def test_a_missing_marker_is_named(tmp_path: Path) -> None:
     path = tmp_path / "paper.md"
     replace_section(path, "one", "first", ORDER)
     path.write_text(path.read_text().replace("<!-- end of one -->", ""))

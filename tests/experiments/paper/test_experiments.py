@@ -1,4 +1,4 @@
-"""Small versions of the experiments: what each must show, or the section says something false."""
+"""Small versions of the experiments, with the results that the document states."""
 
 from pathlib import Path
 from typing import Any
@@ -12,16 +12,14 @@ CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 
 
 def performed(name: str, trial: Row, **changed: Any) -> tuple[dict[str, Any], Row]:
-    """One trial of an experiment with some settings changed."""
+    """Run one trial of an experiment with some settings changed."""
     experiment = EXPERIMENTS[name]
     settings = experiment.settings(Options(CONFIGS)) | changed
     return settings, {**trial, **experiment.perform(settings, trial), "seconds": 1.0}
 
 
 @pytest.mark.parametrize(("thing", "linear"), [("shopping_cart", False), ("chair:free", True)])
-def test_fig6_physics_needs_few_observations_and_lines_only_do_for_linear_objects(
-    thing: str, linear: bool
-) -> None:
+def test_fig6_regressions_suffice_for_linear_objects_only(thing: str, linear: bool) -> None:
     trial = {"reading": "cm_deg", "object": thing, "seed": 3}
     settings, row = performed("fig6", trial, counts=[8, 50], learners=["pbr", "lr", "lwr"])
     assert row["r2"]["pbr"][0] >= settings["threshold"]
@@ -36,7 +34,7 @@ def test_fig6_the_same_seed_gives_the_same_scores() -> None:
     assert once == again
 
 
-def test_fig6_more_starts_find_nothing_better() -> None:
+def test_fig6_more_starts_do_not_improve_the_fit() -> None:
     trial = {"reading": "of_motion", "object": "shopping_cart", "seed": 1}
     few, many = (
         performed("fig6", trial, counts=[10, 50], learners=["pbr"], starts=n)[1]["r2"]["pbr"] for n in (8, 64)
@@ -45,13 +43,13 @@ def test_fig6_more_starts_find_nothing_better() -> None:
     assert few[1] < 0.995
 
 
-def test_fig8_noise_costs_physics_less() -> None:
+def test_fig8_noise_affects_physics_less() -> None:
     found = {sigma: performed("fig8", {"sigma": sigma, "seed": 0})[1]["missing"] for sigma in (0.0, 0.5)}
     assert found[0.0]["pbr"] < 1e-6
     assert found[0.5]["pbr"] < 0.05 < min(found[0.5][name] for name in ("lr", "lwr"))
 
 
-def test_open_loop_a_right_model_arrives_and_a_wrong_one_does_not() -> None:
+def test_open_loop_only_the_right_model_reaches_the_goal() -> None:
     trial = {"hold": 0.5, "axes": "object", "object": "office_table:locked", "seed": 0}
     settings, row = performed("open-loop", trial, sizes=[0.0, 0.3], counts=[])
     radius = settings["things"][trial["object"]]["radius"]
@@ -60,21 +58,21 @@ def test_open_loop_a_right_model_arrives_and_a_wrong_one_does_not() -> None:
     assert right["error"] < 0.05 * radius
     assert not right["touched"]
     assert right["poses"][-1][:2] == pytest.approx([settings["length"], 0.0], abs=0.05 * radius)
-    assert max(abs(pose[1]) for pose in right["poses"]) > settings["obstacle"]  # around it
+    assert max(abs(pose[1]) for pose in right["poses"]) > settings["obstacle"]  # around the obstacle
     assert wrong["r2"] < settings["threshold"]
     assert wrong["error"] > radius
-    assert wrong["planned"] < 0.05 * radius  # it is the model that is wrong, not the plan
+    assert wrong["planned"] < 0.05 * radius  # the model is wrong, not the plan
 
 
 @pytest.mark.slow
-def test_wheel_is_found_once_dry_friction_may_be_in_the_model() -> None:
+def test_the_wheel_is_located_if_the_model_has_dry_friction() -> None:
     trial = {"friction": "support_friction", "seed": 0}
     settings, row = performed("wheel", trial, episodes=3)
     assert row["fits"]["support_friction"]["error"] < settings["limit"] < row["fits"]["wheel"]["error"]
     assert row["fits"]["support_friction"]["evidence"] > row["fits"]["coulomb_friction"]["evidence"]
 
 
-def test_fig5_what_is_learnt_predicts_the_push_and_what_is_expected_does_not() -> None:
+def test_fig5_only_the_learnt_model_predicts_the_push() -> None:
     _, row = performed("fig5", {"pushes": 1, "case": "office_table:locked", "seed": 0})
     last = {way: row[way]["errors"]["episode_00"][0] for way in ("before", "steps", "final")}
     assert last["final"] < 0.03 < last["before"]

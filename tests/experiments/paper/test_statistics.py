@@ -1,4 +1,4 @@
-"""Medians with intervals, also of counts that are not reached."""
+"""Medians with intervals, also of counts that are never reached."""
 
 import math
 
@@ -27,7 +27,7 @@ def test_counts_at_which_a_threshold_is_reached(
     assert first_sustained(COUNTS, scores, 0.995) == kept
 
 
-def test_a_median_over_runs_that_did_not_all_get_there() -> None:
+def test_medians_with_unreached_thresholds() -> None:
     some = median([4, 5, 6, math.inf, 7])
     assert (some.middle, some.low) == (6, 4)
     assert math.isinf(some.high)
@@ -36,21 +36,21 @@ def test_a_median_over_runs_that_did_not_all_get_there() -> None:
     assert median([5, math.inf]).middle == math.inf
 
 
-def test_the_interval_of_a_median_covers_as_often_as_it_says() -> None:
+def test_intervals_of_medians_have_their_nominal_coverage() -> None:
     rng = np.random.default_rng(1)
     found = [median(rng.exponential(size=20)) for _ in range(300)]
     covered = np.mean([one.low <= math.log(2) <= one.high for one in found])
     assert 0.90 <= covered <= 0.99
 
 
-def test_differences_are_paired_and_two_that_fail_are_alike() -> None:
+def test_differences_are_paired_and_two_failures_are_equal() -> None:
     spread = np.array([3.0, 30.0, 10.0, 50.0, 20.0])
     assert median_difference(spread - 1, spread).high == -1
     assert median_difference([math.inf, 3], [math.inf, 3]).text() == "0"
     assert median_difference([3, 4], [math.inf, math.inf]).middle == -math.inf
 
 
-def test_the_accuracy_that_half_of_the_plans_need() -> None:
+def test_the_accuracy_needed_by_half_of_the_plans() -> None:
     plans = [{"r2": 0.1 * k, "share": 0.5 if k in (2, 5, 6, 8, 9) else 2.0} for k in range(10)]
     assert isotonic([0, 0, 1, 0, 0, 1, 1, 0, 1, 1]).tolist() == pytest.approx(
         [0, 0, 1 / 3, 1 / 3, 1 / 3, 2 / 3, 2 / 3, 2 / 3, 1, 1]

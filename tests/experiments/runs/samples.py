@@ -1,4 +1,4 @@
-"""Histories without an agent: a table is pushed past a box; a wheel and, in one, dry friction are learnt."""
+"""Invented histories: a table passes a box; a wheel and, in one case, dry friction are estimated."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LAWLESS: dict[str, Any] = {
     "regrasp": None,
     "model": {"body": BODY},
 }
-"""What a regression believes."""
+"""Belief of a regression."""
 BOX = [[0.9, -0.2], [1.1, -0.2], [1.1, 0.2], [0.9, 0.2]]
 
 
@@ -34,7 +34,7 @@ def history(
     lawless: bool = False,
     seed: int = 7,
 ) -> dict[str, Any]:
-    """Return a history of half a second for each push: the belief comes nearer by a third each time."""
+    """Return a history of half a second per push; the error of the estimate falls by a third each time."""
     rows = [step(0.05 * (k + 1), (k + 1) / (10 * pushes + 10)) for k in range(10 * pushes + 10)]
     return {
         "format": "trundle-run-history/1",
@@ -80,7 +80,7 @@ def step(t: float, share: float) -> dict[str, Any]:
 
 
 def update(number: int, friction: bool, named: bool) -> dict[str, Any]:
-    """Return what is believed after a push: at first the data hold no y, and no drag across."""
+    """Return the belief after a push: y and the drag across are not identifiable at first."""
     off = 0.2 / 3.0**number + 3e-4
     wheel = {**WHEEL, "x": 0.5 + off, "y": -0.3 - off, "mu_x": 80.0 + 90.0 * off, "mu_y": 120.0 - 90.0 * off}
     names = ["x", "mu_x"] if number == 1 else ["x", "y", "angle", "mu_x", "mu_y"]
@@ -132,4 +132,4 @@ SAMPLES: dict[str, list[dict[str, Any]]] = {
     "long": [{"pushes": 28, "friction": True}],
     "several": [{}, {"friction": True, "seed": 8}, {"pushes": 2, "success": False, "seed": 9}],
 }
-"""Histories of the pages that are looked at."""
+"""Histories of the tested pages."""

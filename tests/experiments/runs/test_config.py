@@ -1,4 +1,4 @@
-"""What a run's file may say; what makes no sense is refused in one sentence, and nothing is written."""
+"""The file of a run: invalid settings are refused in one sentence without output."""
 
 from pathlib import Path
 
@@ -17,19 +17,19 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def test_the_least_file_is_enough(tmp_path: Path) -> None:
+def test_a_minimal_file_is_valid(tmp_path: Path) -> None:
     settings = read(written(tmp_path, LEAST))
     assert (settings.seed, settings.episodes, settings.recording, settings.model) == (0, 1, "csv", None)
 
 
 @pytest.mark.parametrize("name", ["run.toml", "run_friction.toml"])
-def test_the_files_that_come_along_can_be_read(name: str) -> None:
+def test_the_supplied_files_are_valid(name: str) -> None:
     settings = read(ROOT / "configs" / "experiments" / name)
     assert settings.environment == "trundle/PushAround-v0"
     assert settings.arguments["hidden"] == "locked"
 
 
-def test_a_model_is_looked_for_beside_the_file_and_belongs_to_the_settings(tmp_path: Path) -> None:
+def test_the_path_of_a_model_is_relative_to_the_file(tmp_path: Path) -> None:
     body = "footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4]]\nmass = {}\n"
     model = tmp_path / "first.toml"
     path = written(tmp_path, f'{LEAST}[agent]\nmodel = "first.toml"\n')
@@ -70,7 +70,7 @@ def test_a_model_is_looked_for_beside_the_file_and_belongs_to_the_settings(tmp_p
         ("format = ", "run.toml"),
     ],
 )
-def test_what_makes_no_sense_is_refused(
+def test_invalid_arguments_are_refused(
     text: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = written(tmp_path, text)
@@ -80,6 +80,6 @@ def test_what_makes_no_sense_is_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(tmp_path / "none.toml"), "--out", str(tmp_path / "out")]) == 2
     assert "none.toml" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What a history tells: wheels by the size of their drags, what is known, and what it is said to be."""
+"""Histories: wheels sorted by drag, identifiability, and descriptions."""
 
 import math
 
@@ -10,14 +10,14 @@ from trundle.experiments.runs import sentences
 from trundle.experiments.runs.history import Wheel, parse_history, select_stages
 
 
-def test_a_wheel_turned_by_a_quarter_with_its_drags_swapped_is_the_same() -> None:
+def test_a_rotated_wheel_with_exchanged_drags_is_the_same() -> None:
     one = Wheel.of({"x": 1.0, "y": 2.0, "angle": 0.3, "mu_x": 10.0, "mu_y": 90.0})
     other = Wheel.of({"x": 1.0, "y": 2.0, "angle": 0.3 - math.pi / 2, "mu_x": 90.0, "mu_y": 10.0})
     assert (one.least, one.most) == (other.least, other.most) == (10.0, 90.0)
     assert math.remainder(one.angle - other.angle, math.pi) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_drags_are_told_by_size_with_their_own_deviation() -> None:
+def test_drags_are_sorted_with_their_deviations() -> None:
     kept = history()
     law = kept["updates"][-1]["model"]["effect"][0]
     law["mu_x"], law["mu_y"] = law["mu_y"], law["mu_x"]
@@ -32,7 +32,7 @@ def test_drags_are_told_by_size_with_their_own_deviation() -> None:
     assert (most.mean, most.sd) == (law["mu_x"], 3.0)
 
 
-def test_what_the_data_do_not_hold_is_infinitely_uncertain() -> None:
+def test_unidentifiable_parameters_are_infinitely_uncertain() -> None:
     first, second = episode().updates[:2]
     assert first.wheel_covariance is not None and second.wheel_covariance is not None
     assert math.isfinite(first.wheel_covariance[0, 0]) and math.isinf(first.wheel_covariance[1, 1])
@@ -40,7 +40,7 @@ def test_what_the_data_do_not_hold_is_infinitely_uncertain() -> None:
     assert "?" in sentences.belief_line(first) and "?" not in sentences.belief_line(second)
 
 
-def test_the_true_wheel_is_the_one_that_drags_most() -> None:
+def test_the_true_wheel_is_the_one_with_most_drag() -> None:
     kept = history()
     rolling = {"kind": "viscous_wheel", "x": -0.5, "y": 0.3, "angle": 0.0, "mu_x": 5.0, "mu_y": 5.0}
     kept["truth"]["effect"].insert(0, rolling)
@@ -49,7 +49,7 @@ def test_the_true_wheel_is_the_one_that_drags_most() -> None:
     assert found.hidden == ()
 
 
-def test_the_page_says_how_it_ended_and_from_when_on_the_wheel_was_known() -> None:
+def test_the_summary_states_the_outcome_and_when_the_wheel_was_known() -> None:
     found = episode(friction=True)
     told = " ".join([sentences.headline(found), *sentences.lead(found)]).replace("\N{NO-BREAK SPACE}", " ")
     assert "Reached the goal after 3.5 s." in told
@@ -59,7 +59,7 @@ def test_the_page_says_how_it_ended_and_from_when_on_the_wheel_was_known() -> No
     assert "not touched" in told
 
 
-def test_what_is_only_supposed_is_told_as_that() -> None:
+def test_unnamed_effects_are_marked_as_supposed() -> None:
     kept = history(pushes=10)
     kept["updates"][7]["supposed"] = ["com_offset", "caster_swivel"]
     found = parse_history(kept)
@@ -70,20 +70,20 @@ def test_what_is_only_supposed_is_told_as_that() -> None:
     assert [update.time for update in select_stages(found, 4)] == [0.5, 1.5, 4.0, 5.0]
 
 
-def test_a_wheel_that_is_far_off_is_not_called_found() -> None:
+def test_a_distant_estimate_does_not_count_as_found() -> None:
     kept = history()
     kept["truth"]["effect"][0] = {**kept["truth"]["effect"][0], "x": -0.5}
     told = " ".join(sentences.lead(parse_history(kept)))
     assert "The wheel was estimated at" in told and "still" in told and "was found" not in told
 
 
-def test_a_regression_says_nothing_of_a_wheel() -> None:
+def test_a_regression_has_no_wheel() -> None:
     found = episode(lawless=True)
     assert "regression model" in sentences.lead(found)[0]
     assert sentences.belief_line(found.updates[0]) == "regression model"
 
 
-def test_no_belief_and_no_success_are_said() -> None:
+def test_missing_belief_and_failure_are_reported() -> None:
     found = episode(pushes=0, success=False)
     assert sentences.headline(found).startswith("Time limit reached")
     assert "did not update its initial model" in sentences.lead(found)[0]

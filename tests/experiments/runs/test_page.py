@@ -1,4 +1,4 @@
-"""The page of a run: the same bytes for the same input, and everything that was learnt on it."""
+"""The page of a run: reproducible, and complete."""
 
 import json
 import re
@@ -18,7 +18,7 @@ def page(name: str) -> str:
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
-def test_the_same_input_gives_the_same_bytes_without_numbers_that_are_none(name: str) -> None:
+def test_the_same_input_gives_the_same_bytes_without_nan(name: str) -> None:
     text = page(name)
     assert text == page(name)
     assert not re.search(r"\b(nan|NaN|inf|None)\b", text)
@@ -32,13 +32,13 @@ def test_the_settings_are_shown_as_text() -> None:
 def test_the_ellipse_shrinks_from_tile_to_tile() -> None:
     tiles = page("found").split('class="tiles"')[1].split('class="panels"')[0]
     shown = tiles.split("<figure>")[1:]
-    # The first ellipse of a tile is that on the object, the second that in the magnifying glass.
+    # The first ellipse of a tile is on the object, the second in the magnified view.
     sizes = [float(re.findall(r'<ellipse rx="([\d.]+)"', figure)[0]) for figure in shown]
     assert len(sizes) == 6
     assert all(later < earlier for earlier, later in pairwise(sizes))
 
 
-def test_a_script_can_show_every_sample() -> None:
+def test_the_data_of_the_slider_cover_every_sample() -> None:
     found = episode(friction=True)
     data = json.loads(page("friction").split('<script type="application/json">')[1].split("</script>")[0])
     length = len(found.t)
@@ -49,13 +49,13 @@ def test_a_script_can_show_every_sample() -> None:
     assert data["beliefs"][0][1] == "" and "ellipse" in data["beliefs"][1][1]
 
 
-def test_what_was_named_stands_in_its_row_and_beside_its_truth() -> None:
+def test_named_effects_are_in_the_table_with_their_truth() -> None:
     text = page("friction")
     assert "dry friction, new grasp at (0.00, 0.40) m" in text
     assert re.search(r"dry friction, force</th><td>[^<]*20\.0.*?<td>20 N</td>", text)
 
 
-def test_several_episodes_are_told_apart() -> None:
+def test_several_episodes_have_separate_sections() -> None:
     text = page("several")
     assert "Reached the goal in 2 of 3 episodes" in text
     names = re.findall(r'id="([^"]+)"', text)

@@ -1,4 +1,4 @@
-"""Runs go on where they were: killed at any moment, what comes out in the end is the same to the byte."""
+"""Runs continue after a kill at any time, with the same bytes in the end."""
 
 import json
 import os
@@ -39,7 +39,7 @@ def written(folder: Path, episodes: int = 1, seed: int = 3, horizon: int = 14) -
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below a folder, hidden ones too."""
+    """Return every file below a folder, including hidden ones."""
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
@@ -47,7 +47,9 @@ def run(config: Path, out: Path, *more: str) -> int:
     return main(["run", str(config), "--out", str(out), *more])
 
 
-def test_it_tells_keeps_and_shows(config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_prints_saves_and_shows(
+    config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "out"
     assert run(config, out) == 0
     told = capsys.readouterr()
@@ -67,7 +69,7 @@ def test_it_tells_keeps_and_shows(config: Path, tmp_path: Path, capsys: pytest.C
     assert recording.episodes["episode_00"]["t"][-1] == pytest.approx(0.4 + 0.7, abs=0.02)
 
 
-def test_an_object_that_is_drawn_can_be_run(tmp_path: Path) -> None:
+def test_a_random_object_can_be_run(tmp_path: Path) -> None:
     config = written(tmp_path, episodes=2)
     text = config.read_text(encoding="utf-8").replace("[agent]", 'object = "household"\n[agent]')
     config.write_text(text.replace("PushAround", "PushDoor"), encoding="utf-8")
@@ -83,14 +85,14 @@ def test_quiet_prints_only_the_answer(tmp_path: Path, capsys: pytest.CaptureFixt
     assert capsys.readouterr().err == ""
 
 
-def test_an_episode_is_its_seed_whatever_came_before(tmp_path: Path) -> None:
+def test_an_episode_depends_on_its_seed_only(tmp_path: Path) -> None:
     assert run(written(tmp_path, episodes=2, seed=3), tmp_path / "two", "--quiet") == 0
     assert run(written(tmp_path, episodes=1, seed=4), tmp_path / "one", "--quiet") == 0
     second, alone = contents(tmp_path / "two" / "episode_01"), contents(tmp_path / "one" / "episode_00")
     assert second == alone
 
 
-def test_what_an_interruption_leaves_is_done_again(config: Path, tmp_path: Path) -> None:
+def test_an_interrupted_episode_is_repeated(config: Path, tmp_path: Path) -> None:
     whole, torn = tmp_path / "whole", tmp_path / "torn"
     assert run(config, whole, "--quiet") == 0
     assert run(config, torn, "--quiet") == 0
@@ -102,7 +104,7 @@ def test_what_an_interruption_leaves_is_done_again(config: Path, tmp_path: Path)
     assert contents(torn) == contents(whole)
 
 
-def test_killed_it_goes_on_and_ends_the_same(tmp_path: Path) -> None:
+def test_a_killed_run_continues_with_the_same_result(tmp_path: Path) -> None:
     config = written(tmp_path, episodes=3, horizon=24)
     torn, whole = tmp_path / "torn", tmp_path / "whole"
     line = [sys.executable, "-m", "trundle", "run", str(config), "--quiet", "--out"]
@@ -119,7 +121,7 @@ def test_killed_it_goes_on_and_ends_the_same(tmp_path: Path) -> None:
 
 
 def until(there: object, process: subprocess.Popen[bytes]) -> None:
-    """Wait until something is there, as long as a process runs."""
+    """Wait until a path exists, while a process runs."""
     assert callable(there)
     ends = time.monotonic() + 60
     while not there():
@@ -127,7 +129,7 @@ def until(there: object, process: subprocess.Popen[bytes]) -> None:
         time.sleep(0.002)
 
 
-def test_ctrl_c_ends_it_in_one_word(tmp_path: Path) -> None:
+def test_ctrl_c_prints_interrupted(tmp_path: Path) -> None:
     config = written(tmp_path, episodes=50, horizon=60)
     out = tmp_path / "out"
     with interruptible([sys.executable, "-m", "trundle", "run", str(config), "--out", str(out)]) as process:
@@ -141,7 +143,7 @@ def test_ctrl_c_ends_it_in_one_word(tmp_path: Path) -> None:
     assert not (out / "page.html").exists()
 
 
-def test_a_folder_of_another_run_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_folder_of_another_run_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     assert run(written(tmp_path), out, "--quiet") == 0
     before = contents(out)
@@ -151,9 +153,7 @@ def test_a_folder_of_another_run_is_refused(tmp_path: Path, capsys: pytest.Captu
     assert contents(out) == before
 
 
-def test_a_folder_that_holds_something_else_is_left_alone(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unrelated_folder_is_not_changed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     (out / "episode_00").mkdir(parents=True)
     (out / "episode_00" / "thesis.tex").write_text("dear")

@@ -1,4 +1,4 @@
-"""The state of a training, as data alone; tensors and whole trainings are in `tests/rl`."""
+"""The state of a training as plain data; `tests/rl` tests tensors and complete trainings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def kept(path: Path, state: Any) -> Any:
     return state_file.load(path)
 
 
-def test_a_state_comes_back_to_the_last_bit(tmp_path: Path) -> None:
+def test_a_state_is_restored_bit_for_bit(tmp_path: Path) -> None:
     state = {
         "networks": {"optimizer": {"state": {0: {"step": np.float32(3)}}, "param_groups": [{"lr": 1e-4}]}},
         "buffer": deque([{"r": np.float32(0.1), "l": 3, "t": 0.1 + 0.2}], maxlen=100),
@@ -46,7 +46,7 @@ def test_a_state_comes_back_to_the_last_bit(tmp_path: Path) -> None:
     np.random.set_state(again["random"][2])
 
 
-def test_an_episode_goes_on_from_a_snapshot_in_it(tmp_path: Path) -> None:
+def test_an_episode_continues_from_a_snapshot(tmp_path: Path) -> None:
     env: Any = gym.make("trundle:trundle/LockedWheel-v0").unwrapped
     env.reset(seed=1)
     env.step(np.array([0.5, 0.1, 0.0]))
@@ -61,7 +61,7 @@ class Trap:
         return (Path.touch, (Path("trapped"),))
 
 
-def test_reading_runs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_executes_no_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(TypeError, match=r"cannot hold .*Trap"):
         kept(tmp_path / "state.npz", {"a": Trap()})

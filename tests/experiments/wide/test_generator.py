@@ -1,4 +1,4 @@
-"""The generator of the wide benchmark: two engines that agree, and conventions that change nothing."""
+"""The generator of the wide benchmark: both engines agree, and conventions do not change the data."""
 
 from __future__ import annotations
 
@@ -89,13 +89,13 @@ def test_the_true_motion_follows_from_the_true_reading(engine: str, contact: str
 
 
 def at_steps(seen: Readings) -> Floats:
-    """Return the poses at the solver's steps."""
+    """Return the poses at the steps of the solver."""
     t = np.arange(CONTACT_TIME_S, float(seen.t[-1]), TIME_STEP_S)
     return np.column_stack([np.interp(t, seen.t, seen.pose[:, k]) for k in range(3)])
 
 
 def replayed(scene: WideScene, episode: int, seen: Readings) -> Floats:
-    """Return the poses that the wrench that was read gives an object with nothing but its wheel."""
+    """Return the poses of the object with only its wheel under the measured wrench."""
     angle = seen.gripper[:, 2]
     fx = np.cos(angle) * seen.wrench[:, 0] - np.sin(angle) * seen.wrench[:, 1]
     fy = np.sin(angle) * seen.wrench[:, 0] + np.cos(angle) * seen.wrench[:, 1]
@@ -127,8 +127,8 @@ def test_a_finger_keeps_touching_under_load() -> None:
     assert not np.any(loaded & (now < 0.7 * np.minimum(before, after)))
 
 
-def test_an_oracle_stays_at_the_moment_of_an_event() -> None:
-    # The thinned recording, over which a fit begins, prefers a moment 1.4 s earlier.
+def test_an_oracle_keeps_the_time_of_an_event() -> None:
+    # The thinned recording, with which a fit starts, prefers a time 1.4 s earlier.
     scene = draw_wide_scene(72011, 23, "mujoco")
     load = {"episode": 1, "time": 5.4226, "mass": -6.9746}
     hidden = [HiddenEffect(get_family("mass_change"), load)]
@@ -142,9 +142,7 @@ def test_an_oracle_stays_at_the_moment_of_an_event() -> None:
 
 @pytest.mark.parametrize(("frame", "reference"), FRAMES)
 @pytest.mark.parametrize("sign", ["on_object", "on_sensor"])
-def test_every_convention_tells_trundle_the_same(
-    frame: str, reference: str, sign: str, tmp_path: Path
-) -> None:
+def test_every_convention_gives_the_same_data(frame: str, reference: str, sign: str, tmp_path: Path) -> None:
     scene = scene_with("compliant")
     instrument: Any = scene.instrument
     scene = replace(scene, instrument=replace(instrument, frame=frame, reference=reference, sign=sign))
@@ -162,7 +160,7 @@ def test_every_convention_tells_trundle_the_same(
     assert np.sqrt(np.mean(off**2)) < 2e-3
 
 
-def test_one_wheel_stands_for_two_but_for_spin() -> None:
+def test_one_wheel_and_spin_damping_represent_two_wheels() -> None:
     one, two = Wheel(0.1, 0.2, 0.3, 10.0, 100.0), Wheel(-0.2, 0.1, 1.3, 8.0, 150.0)
     left = one.damping() + two.damping() - merge_wheels(one, [two]).damping()
     assert np.abs(left[:2]).max() < 1e-9
@@ -170,7 +168,7 @@ def test_one_wheel_stands_for_two_but_for_spin() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(CATALOGUE | OUT_OF_CATALOGUE))
-def test_every_family_acts_in_every_engine_that_has_it(name: str) -> None:
+def test_every_family_has_an_influence_in_its_engines(name: str) -> None:
     for engine in ("ode", "mujoco"):
         if not is_allowed(name, scene_with("grasp", engine)):
             continue
@@ -186,7 +184,7 @@ def test_every_family_acts_in_every_engine_that_has_it(name: str) -> None:
 
 
 def placed(name: str, engine: str, seed: int) -> tuple[WideScene, list[Readings], list[HiddenEffect]] | None:
-    """Return a scene that has a place for a family, its motion without, and the family with values."""
+    """Return a scene that supports a family, its motion without it, and the family with values."""
     scene = scene_with("grasp", engine, seed, 5.0 if name == "obstacle_contact" else 2.0)
     bare = simulate_case(scene, [])
     found = (draw_effects([name], 1, attempt, scene, bare) for attempt in range(10))
@@ -195,7 +193,7 @@ def placed(name: str, engine: str, seed: int) -> tuple[WideScene, list[Readings]
 
 
 def distorted(scene: WideScene, hidden: list[HiddenEffect], episode: int, seen: Readings) -> Readings:
-    """Return what the instruments make of a motion."""
+    """Return the measurements of a motion."""
     for one in hidden:
         seen = one.family.distort(seen, EpisodeContext(None, None, scene, episode), one.values)
     return seen

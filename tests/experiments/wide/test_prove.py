@@ -1,4 +1,4 @@
-"""`trundle prove` with a wide benchmark's file, with a diagnosis that is made up."""
+"""`trundle prove` with the file of a wide benchmark and an invented diagnosis."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def command(tmp_path: Path, *more: str, text: str = TINY) -> int:
 
 
 def made_up(digest: str, limit: float, folder: Path) -> dict[str, Any]:
-    """Return an answer without looking, but for the folder's name and content."""
+    """Return an invented answer that depends on the name and content of the folder only."""
     assert folder_digest(folder) == digest
     trundle.read(folder)
     with (folder.parents[2] / "asked").open("a") as file:
@@ -70,7 +70,7 @@ def test_drawn_sealed_diagnosed_and_continued(
     assert [row["answer"]["verdict"] for row in rows] == ["consistent", "refused"]
     assert "cost" not in rows[0]["answer"]
 
-    # Nothing is done twice, and what was lost is made again with the same bytes.
+    # Nothing is repeated, and lost output is made again with the same bytes.
     recording = tmp_path / "work/wide/tune/recordings/case_0000"
     before = folder_digest(recording)
     for path in recording.iterdir():
@@ -88,7 +88,7 @@ def test_drawn_sealed_diagnosed_and_continued(
     assert command(tmp_path, "--redraw") == 2
 
 
-def test_a_range_is_done_in_shares_that_another_machine_continues(
+def test_another_machine_continues_the_shares_of_a_range(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(benchmark, "diagnose_case", made_up)
@@ -99,14 +99,14 @@ def test_a_range_is_done_in_shares_that_another_machine_continues(
     first = (kept / "tiny_tune_00.jsonl").read_bytes()
     assert [json.loads(line)["case"] for line in first.splitlines()[1:]] == ["case_0000", "case_0002"]
 
-    # The second machine has what was kept, but neither recordings nor finished units.
+    # The second machine has the saved results, but neither recordings nor finished units.
     (tmp_path / "work").rename(tmp_path / "lost")
     assert command(tmp_path, text=text) == 0
     assert "2 of 2 shares: 3 recordings" in capsys.readouterr().out
     assert (tmp_path / "work/wide/asked").read_text().split() == ["case_0001"]
     assert (kept / "tiny_tune_00.jsonl").read_bytes() == first
 
-    # Another version of the code does it again, share by share.
+    # Another version of the code repeats every share.
     newer = {"generator": "1", "diagnosis": "2-3"}
     monkeypatch.setattr("trundle.experiments.wide.run.code_versions", lambda: newer)
     assert command(tmp_path, "--shares", "1", text=text) == 0
@@ -127,7 +127,7 @@ def test_a_range_is_done_in_shares_that_another_machine_continues(
         (TINY.replace("first = 42", ""), "first"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_reported(
+def test_an_unusable_file_is_reported(
     text: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command(tmp_path, text=text) == 2
@@ -144,14 +144,14 @@ def test_options_of_the_first_benchmark_are_refused(
     assert "--shares 0" in capsys.readouterr().err
 
 
-def test_a_diagnosis_that_cannot_be_made_is_an_answer(tmp_path: Path) -> None:
+def test_a_refused_diagnosis_counts_as_an_answer(tmp_path: Path) -> None:
     answer = diagnose_case("", 60.0, tmp_path / "case_0003")
     assert answer["verdict"] == "refused"
     assert str(tmp_path) not in answer["reason"]
     assert answer["cost"]["seconds"] > 0.0
 
 
-def test_what_ends_without_an_answer_is_a_timeout_or_a_crash() -> None:
+def test_missing_answers_are_timeouts_or_crashes() -> None:
     assert parse_answer(-signal.SIGXCPU, b"", b"")["verdict"] == "timeout"
     assert parse_answer(-signal.SIGSEGV, b"", b"first\nlast\n") == {
         "verdict": "crashed",

@@ -23,7 +23,7 @@ def test_prevalences_are_shares() -> None:
     assert sum(PREVALENCE.values()) == pytest.approx(1.0)
 
 
-def test_a_probability_comes_back_from_its_logit() -> None:
+def test_the_logit_is_invertible() -> None:
     platt = Platt(-0.4, 0.7, 6.9)
     for logit in (-3.0, 0.0, 2.5, 6.9):
         assert platt.logit(platt.probability(logit)) == pytest.approx(logit)
@@ -31,7 +31,7 @@ def test_a_probability_comes_back_from_its_logit() -> None:
     assert current_platt().probability(6.9) > 0.5
 
 
-def test_odds_that_are_often_wrong_are_told_less_sure() -> None:
+def test_overconfident_odds_are_reduced() -> None:
     rows = [row(0.999, right=k % 4 > 0) for k in range(40)] + [row(0.6, right=k % 2 > 0) for k in range(40)]
     found = fit_platt(rows, IDENTITY)
     assert found is not None
@@ -39,13 +39,13 @@ def test_odds_that_are_often_wrong_are_told_less_sure() -> None:
     assert found.probability(IDENTITY.logit(0.6)) == pytest.approx(0.5, abs=0.04)
 
 
-def test_a_few_right_names_make_no_certainty() -> None:
+def test_few_right_names_bound_the_probability() -> None:
     found = fit_platt([row(0.9999, right=True) for _ in range(8)], IDENTITY)
     assert found is not None
     assert found.probability(6.9) < 0.95
 
 
-def test_too_few_wrong_names_fit_the_bound_alone() -> None:
+def test_few_wrong_names_fit_the_bound_only() -> None:
     rows = [row(0.999, right=k > 0) for k in range(40)] + [row(0.6, right=k % 2 > 0) for k in range(20)]
     found = fit_platt(rows, IDENTITY)
     assert found is not None
@@ -55,7 +55,7 @@ def test_too_few_wrong_names_fit_the_bound_alone() -> None:
     assert found.probability(IDENTITY.logit(0.6)) == pytest.approx(0.6)
 
 
-def test_names_on_clean_recordings_weigh_as_much_as_these_are_frequent() -> None:
+def test_names_on_clean_recordings_have_the_weight_of_their_prevalence() -> None:
     rows = [row(0.999, right=True) for _ in range(90)] + [row(0.999, right=False, clean=True)]
     with_many = [*rows, *(row(0.999, right=False, clean=True) for _ in range(9))]
     one, many = fit_platt(rows, IDENTITY), fit_platt(with_many, IDENTITY)

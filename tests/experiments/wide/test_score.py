@@ -29,7 +29,7 @@ def answer(
     return {"verdict": verdict, "missing": missing, "tied": list(tied), "tied_sets": list(tied_sets)}
 
 
-def test_right_is_the_exact_set() -> None:
+def test_only_the_exact_set_is_right() -> None:
     assert is_right(answer("latency"), truth("latency"))
     assert is_right(answer("latency", "tether"), truth("tether", "latency"))
     assert not is_right(answer("latency"), truth("tether", "latency"))
@@ -37,7 +37,7 @@ def test_right_is_the_exact_set() -> None:
     assert not is_right(answer(verdict="unexplained"), truth("tether"))
 
 
-def test_a_tie_that_holds_the_truth_is_right_up_to_three_sets() -> None:
+def test_a_tie_with_the_truth_is_right_up_to_three_sets() -> None:
     two = answer("force_bias", tied=[["force_bias", "floor_slope"]])
     assert is_right(two, truth("floor_slope"))
     assert len(candidates(two)) == 2
@@ -46,16 +46,16 @@ def test_a_tie_that_holds_the_truth_is_right_up_to_three_sets() -> None:
     assert not is_right(two, truth("tether"))
 
 
-def test_tied_sets_hold_whole_sets() -> None:
+def test_tied_sets_contain_complete_sets() -> None:
     found = answer("tether", tied_sets=[[["tether"], ["force_bias", "floor_slope"]]])
     assert is_right(found, truth("floor_slope", "force_bias"))
     assert is_right(found, truth("tether"))
     assert not is_right(found, truth("floor_slope"))
-    # A class in which the answer itself is not says nothing of it.
+    # A class without the answer itself does not count.
     assert not is_right(answer("latency", tied_sets=[[["tether"], ["floor_slope"]]]), truth("tether"))
 
 
-def test_clean_and_outside() -> None:
+def test_clean_and_out_of_catalogue() -> None:
     assert is_right(answer(verdict="consistent"), truth())
     for verdict in ("unexplained", "reparameterised", "refused", "timeout"):
         assert not is_right(answer(verdict=verdict), truth())
@@ -63,7 +63,7 @@ def test_clean_and_outside() -> None:
     assert not is_right(answer("tether"), truth("magnet", outside=True))
 
 
-def test_wrong_names_count_above_nine_tenths() -> None:
+def test_confident_wrong_names_are_counted() -> None:
     assert has_wrong_name(answer("latency"), truth("tether"))
     assert not has_wrong_name(answer("latency", p=0.9), truth("tether"))
     assert not has_wrong_name(answer("latency"), truth("latency", "tether"))
@@ -74,7 +74,7 @@ def test_wrong_names_count_above_nine_tenths() -> None:
     assert named_probabilities(answer("latency", "tether"), truth("tether")) == [(0.95, False), (0.95, True)]
 
 
-def test_intervals_of_right_answers_are_judged_at_ninety_per_cent() -> None:
+def test_coverage_of_90_percent_intervals_of_right_answers() -> None:
     true = truth("latency")
     true["truth"] = [{"effect": "latency", "parameters": {"delay": 0.05}, "where": None}]
     for mean, held in ((0.05, True), (0.0516, True), (0.0517, False)):
@@ -85,14 +85,14 @@ def test_intervals_of_right_answers_are_judged_at_ninety_per_cent() -> None:
     assert not list(coverage(found, true))
 
 
-def test_the_mass_of_the_object_is_judged_where_it_was_not_given() -> None:
+def test_coverage_of_the_mass_if_it_was_not_given() -> None:
     found = answer(verdict="consistent")
     found["nominal"] = {"before": {"mass": {"mean": 10.2, "sd": 0.1}}}
     assert not list(coverage(found, truth()))
     assert list(coverage(found, {**truth(), "mass_told": False})) == [("mass of the object", False)]
 
 
-def test_gain_is_one_where_the_answer_does_what_the_oracle_does() -> None:
+def test_the_gain_of_the_oracle_is_one() -> None:
     true = {**truth("latency"), "oracle": {"before": 0.08, "after": 0.01}, "gyration": 0.0}
     held_out = {
         when: {"window_position_rmse": value, "window_heading_rmse": 0.0}

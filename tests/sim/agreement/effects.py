@@ -1,4 +1,4 @@
-"""The catalogue's effects, each with values with which it shows, and the push that shows them."""
+"""Effects of the catalogue with values that have an influence, and a push that shows it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ON_INSTRUMENTS = [kind for kind, effect in CATALOGUE.items() if effect["acting"]
 STATELESS = [kind for kind in ON_OBJECT if not CATALOGUE[kind]["states"]]
 
 WHEEL: Effect = {"kind": "viscous_wheel", "x": -0.2, "y": 0.1, "angle": 0.3, "mu_x": 25.0, "mu_y": 60.0}
-"""What every table here has."""
+"""Effects of every table."""
 
 PUSH = Push(
     start=(0.3, -0.2, 0.5),
@@ -30,7 +30,7 @@ PUSH = Push(
         (4.0, 0, 0, 0),
     ],
 )
-"""Forth, back, and let go."""
+"""A push forward, back, and a release."""
 
 VALUES: Mapping[str, Mapping[str, float]] = {
     "viscous_wheel": {"mu_x": 10.0, "mu_y": 50.0},

@@ -1,4 +1,4 @@
-"""One table, pushed alike in `trundle simulate` and in MuJoCo, with nothing in its way."""
+"""One table with the same pushes in `trundle simulate` and in MuJoCo, without obstacles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trundle.export import Laws, callback, to_mujoco
 Floats = NDArray[np.float64]
 Effect = Mapping[str, Any]
 Box = tuple[float, float, float, float]
-"""A fixed thing: left, lower, right and upper end, m, world frame."""
+"""A fixed box: left, lower, right and upper end, m, world frame."""
 
 LENGTH, WIDTH, MASS = 1.2, 0.8, 22.0
 INERTIA = MASS * (LENGTH**2 + WIDTH**2) / 12.0
@@ -29,14 +29,14 @@ BODY = {
     "support": [[-0.5, -0.3], [0.5, -0.3], [0.5, 0.3], [-0.5, 0.3]],
 }
 CONTACT = 0.2
-"""When the gripper takes hold, s."""
+"""Time of contact, s."""
 STEP = 2.5e-4
 """Of `trundle simulate` where a scenario has no word of it, s."""
 
 
 @dataclass(frozen=True)
 class Push:
-    """A wrench at the grasp, in the gripper's own axes, which turn with the table."""
+    """A wrench at the grasp, in gripper axes, which rotate with the table."""
 
     start: tuple[float, float, float]
     grasp: tuple[float, float, float]
@@ -67,7 +67,7 @@ def middles(n: int, step: float) -> Floats:
 
 
 def turn(angle: float) -> Floats:
-    """Return the matrix of a turn to the left."""
+    """Return the matrix of a counter-clockwise rotation."""
     cos, sin = math.cos(angle), math.sin(angle)
     return np.array([[cos, -sin], [sin, cos]])
 
@@ -115,7 +115,7 @@ def simulated(
 
 
 def poses(columns: Mapping[str, Floats]) -> Floats:
-    """Return recorded poses (n, 3), headings unwound."""
+    """Return recorded poses (n, 3) with continuous headings."""
     x, y, theta = (columns[f"object_{axis}"] for axis in ("x", "y", "theta"))
     return np.column_stack([x, y, np.unwrap(theta)])
 

@@ -1,4 +1,4 @@
-"""A table pushed against fixed things: `trundle simulate` and MuJoCo, poses and what the wall takes.
+"""A table pushed against fixed boxes: poses and wall impulses of `trundle simulate` and MuJoCo.
 
 An impact in which friction turns a slip round has no one law: an impulse at once, as the engine has it, and
 a force that lasts a little, as the walls here have it, end apart by centimetres. Poses after such a one are
@@ -30,7 +30,7 @@ def share(one: Track, other: Track) -> float:
 
 
 @pytest.mark.parametrize("name", ["head on", "box", "box, fast"])
-def test_the_walls_here_are_mujoco_s_own_where_nothing_slips(name: str) -> None:
+def test_walls_agree_with_mujoco_without_slip(name: str) -> None:
     ours, own = reference(name), struck(SCENES[name], own=True)
     # Measured 0.1 mm, 0.2 mrad, 0.02 %.
     assert_alike(ours.pose[-1], own.pose[-1], (5e-4, 5e-4))
@@ -51,7 +51,7 @@ def test_the_walls_here_are_mujoco_s_own_where_nothing_slips(name: str) -> None:
         ("box, fast", (3e-4, 5e-4), (1e-3, 5e-4)),
     ],
 )
-def test_the_table_goes_where_mujoco_says(
+def test_the_table_moves_as_in_mujoco(
     name: str, end: tuple[float, float], ever: tuple[float, float], tmp_path: Path
 ) -> None:
     one, other = world(tmp_path, SCENES[name]).pose, reference(name).pose
@@ -86,7 +86,7 @@ def rebound(track: Track) -> float:
     return float(speed[met + 3 : met + 20].max() / -speed[met])
 
 
-def test_no_corner_bounces_off_the_walls_here() -> None:
+def test_no_corner_bounces_off_the_reference_walls() -> None:
     assert abs(rebound(struck(CORNER))) < 0.01
 
 

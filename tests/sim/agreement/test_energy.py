@@ -1,4 +1,4 @@
-"""A table that nobody pushes gains no energy, be it that it coasts, hits a wall or slides along it."""
+"""A table without a push gains no energy: while it coasts, hits a wall, or slides along it."""
 
 from __future__ import annotations
 
@@ -40,5 +40,5 @@ def test_energy_never_grows_without_a_push(kind: str, tmp_path: Path) -> None:
     energy = kinetic(poses(columns)[let_go:], STEP, (0.3, -0.2) if kind == "com_offset" else (0.0, 0.0))
     assert energy[0] > 2.0 and (energy[:-20] - energy[20:]).max() > 0.2 * energy[0], "it is to hit the wall"
     highest = np.lib.stride_tricks.sliding_window_view(energy, SETTLED).max(axis=1)
-    # Measured: none at all.
+    # Measured: none.
     assert np.diff(highest).max() < 1e-9

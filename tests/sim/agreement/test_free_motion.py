@@ -42,7 +42,7 @@ BODIES: Mapping[str, Mapping[str, Any]] = {
 
 @pytest.fixture(scope="module")
 def bare() -> Floats:
-    """Where the table goes without anything more."""
+    """Return the poses of the table without an effect."""
     return integrated([WHEEL], PUSH, 1e-3)
 
 
@@ -63,7 +63,7 @@ FINE = {"coulomb_friction": 2e-4, "support_friction": 2e-4, "obstacle_contact": 
 
 
 @pytest.mark.parametrize("kind", STATELESS)
-def test_mujoco_integrates_the_laws_to_the_same_track(kind: str, tmp_path: Path, bare: Floats) -> None:
+def test_mujoco_integrates_the_laws_to_the_same_trajectory(kind: str, tmp_path: Path, bare: Floats) -> None:
     effects = [WHEEL, effect_of(kind)]
     world = poses(simulated(tmp_path, effects, PUSH))
     reference = integrated(effects, PUSH, FINE.get(kind, 1e-3), **BODIES.get(kind, {}))
@@ -87,7 +87,7 @@ COARSE = {
 
 
 @pytest.mark.parametrize("kind", ON_OBJECT)
-def test_the_export_follows_the_same_track(kind: str, tmp_path: Path, bare: Floats) -> None:
+def test_the_export_follows_the_same_trajectory(kind: str, tmp_path: Path, bare: Floats) -> None:
     effects = [WHEEL, effect_of(kind)]
     world = poses(simulated(tmp_path, effects, PUSH))
     inner = [caster_angle(effects, world)] if kind == "caster_swivel" else None
@@ -200,9 +200,7 @@ READ: Mapping[str, Callable[[Floats], Floats]] = {
 
 
 @pytest.mark.parametrize("kind", ON_INSTRUMENTS)
-def test_instruments_read_by_a_formula_what_happens_as_if_they_were_right(
-    kind: str, tmp_path: Path, bare: Floats
-) -> None:
+def test_instruments_read_a_formula_of_the_true_wrench(kind: str, tmp_path: Path, bare: Floats) -> None:
     columns = simulated(tmp_path, [WHEEL, effect_of(kind)], PUSH)
     seen = bare.copy()
     if kind == "tracker_offset":

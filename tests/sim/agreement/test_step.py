@@ -1,4 +1,4 @@
-"""Half the step, the same motion: what the step of `trundle simulate` changes, free and at a wall."""
+"""Influence of the step size of `trundle simulate`, in free motion and at a wall."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_half_the_step_changes_little_in_free_motion(kind: str, tmp_path: Path) 
         # Measured: 0.02 mm; 0.11 mm; 1.4 mm, 2.1 mrad, 1.6 %; 0.12 mm, 0.29 mrad; 0.19 mm, 0.13 mrad.
         ("head on", (1e-4, 1e-6), 1e-3),
         ("slide", (3e-4, 1e-4), 1e-3),
-        # How far a corner bounces depends on where in a step it meets the wall.
+        # The rebound of a corner depends on its time of impact within a step.
         ("glance", (4e-3, 6e-3), 0.04),
         ("box", (4e-4, 1e-3), 1e-3),
         ("box, fast", (5e-4, 5e-4), 1e-3),

@@ -1,4 +1,4 @@
-"""A caller's own simulator: the example, and what is said when the simulator fails."""
+"""Diagnosis of a black-box simulator: the example, and errors of the simulator."""
 
 import importlib.util
 from pathlib import Path
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 EPISODES, SECONDS = 4, 4.0
 
 
-def the_example() -> ModuleType:
+def load_example() -> ModuleType:
     spec = importlib.util.spec_from_file_location("example", ROOT / "examples/diagnose_your_simulator.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -25,17 +25,17 @@ def the_example() -> ModuleType:
     return module
 
 
-example = the_example()
+example = load_example()
 
 
 @pytest.fixture(scope="module")
 def clean() -> trundle.Recording:
-    recording: trundle.Recording = example.recorded(None, EPISODES, SECONDS)
+    recording: trundle.Recording = example.simulate_recording(None, EPISODES, SECONDS)
     return recording
 
 
 @pytest.mark.slow
-def test_what_mujoco_hides_from_mujoco_is_named(
+def test_a_missing_effect_of_a_mujoco_model_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     line = [
@@ -60,18 +60,18 @@ def test_what_mujoco_hides_from_mujoco_is_named(
     assert held_out["after"]["position_rmse"] < 0.3 * held_out["before"]["position_rmse"]
     names = {"diagnosis.json", "model.toml", "predictions.parquet", "report.html"}
     assert {path.name for path in (tmp_path / "found").iterdir()} == names
-    # The model holds what is to be added, not the simulator.
+    # The model contains the effects to add, but not the simulator.
     assert [p["name"].split(".")[0] for p in found.model.parameters[1:]] == ["coulomb_friction"] * 6
     assert "coulomb_friction" in capsys.readouterr().out
 
 
 @pytest.mark.slow
-def test_where_nothing_is_hidden_nothing_is_named(clean: trundle.Recording) -> None:
+def test_a_clean_recording_is_consistent(clean: trundle.Recording) -> None:
     found = trundle.diagnose(clean, step=example.Table().step, parameters=example.PARAMETERS)
     assert (found.verdict, found.missing) == ("consistent", [])
     assert found.answer["nominal"]["after"]["mass"]["mean"] == pytest.approx(21.0, rel=0.02)
-    again = trundle.diagnose(clean, step=example.Table().step, parameters=example.PARAMETERS)
-    assert again.answer == found.answer
+    repeated = trundle.diagnose(clean, step=example.Table().step, parameters=example.PARAMETERS)
+    assert repeated.answer == found.answer
 
 
 GOOD = {"mass": 21.0}
@@ -84,7 +84,7 @@ def raising(error: BaseException) -> Any:
     return step
 
 
-def test_an_exception_says_where_and_keeps_its_cause(clean: trundle.Recording) -> None:
+def test_an_exception_becomes_the_cause_of_an_error_with_the_call(clean: trundle.Recording) -> None:
     cause = RuntimeError("the engine is on fire")
     with pytest.raises(trundle.TrundleError, match="on fire") as caught:
         trundle.diagnose(clean, step=raising(cause), parameters=GOOD)
@@ -96,7 +96,7 @@ def test_an_exception_says_where_and_keeps_its_cause(clean: trundle.Recording) -
 @pytest.mark.parametrize(
     "answer", [np.full(6, np.nan), np.zeros(5), np.zeros((2, 3)), "nothing", None, [1.0, 2.0, None, 0, 0, 0]]
 )
-def test_an_answer_that_is_no_state_is_refused(clean: trundle.Recording, answer: object) -> None:
+def test_an_invalid_state_is_refused(clean: trundle.Recording, answer: object) -> None:
     def step(state: Floats, wrench: Floats, dt: float, values: dict[str, float]) -> Any:
         return answer
 
@@ -105,7 +105,7 @@ def test_an_answer_that_is_no_state_is_refused(clean: trundle.Recording, answer:
     assert "push_0" in str(caught.value) and "mass = 21" in str(caught.value)
 
 
-def test_ctrl_c_stays_what_it_is(clean: trundle.Recording) -> None:
+def test_ctrl_c_is_passed_on(clean: trundle.Recording) -> None:
     with pytest.raises(KeyboardInterrupt):
         trundle.diagnose(clean, step=raising(KeyboardInterrupt()), parameters=GOOD)
 
@@ -123,14 +123,12 @@ def test_ctrl_c_stays_what_it_is(clean: trundle.Recording) -> None:
         ({"mass": {"start": 20.0, "sd": -1.0}}, "sd = -1.0"),
     ],
 )
-def test_a_parameter_that_makes_no_sense_is_refused(
-    clean: trundle.Recording, parameters: Any, words: str
-) -> None:
+def test_an_invalid_parameter_is_refused(clean: trundle.Recording, parameters: Any, words: str) -> None:
     with pytest.raises(trundle.TrundleError, match=words):
         trundle.diagnose(clean, step=example.Table().step, parameters=parameters)
 
 
-def test_a_model_and_a_simulator_are_not_tested_at_once(clean: trundle.Recording, tmp_path: Path) -> None:
+def test_a_model_and_a_simulator_exclude_each_other(clean: trundle.Recording, tmp_path: Path) -> None:
     with pytest.raises(trundle.TrundleError, match="remove `model`"):
         trundle.diagnose(clean, tmp_path / "model.toml", step=example.Table().step, parameters=GOOD)
     with pytest.raises(trundle.TrundleError, match="need `step`"):
