@@ -1,4 +1,4 @@
-"""Section "Known symptoms" of an unexplained recording, and which recording to make next."""
+"""Known symptoms of an unexplained recording, and which recording to make next."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from trundle.report.location import describe_region, finite_pair, polygon
-from trundle.report.markup import Html, tag
-from trundle.report.quantity import format_fixed, format_interval, join_words
+from trundle.report.quantity import format_interval, format_point, join_words
 from trundle.report.residual import axis_shares_sentence, dependence_sentences, size_sentences
-from trundle.report.section import section
 from trundle.report.series import Series, finite
 
-__all__ = ["unexplained_section"]
+__all__ = ["symptoms"]
 
 _NEXT_RECORDINGS = (
     (
@@ -58,10 +56,10 @@ _DEFAULT_RECORDING = (
 )
 
 
-def unexplained_section(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return the symptoms of an unexplained recording and the next one to make; None for other verdicts."""
+def symptoms(diagnosis: Mapping[str, Any], series: Series) -> list[tuple[str, str]]:
+    """Return the symptoms and the next recording, as terms and descriptions; none for other verdicts."""
     if diagnosis.get("verdict") != "unexplained":
-        return None
+        return []
     mismatch, left = diagnosis.get("mismatch") or {}, diagnosis.get("residual") or {}
     rows = [
         (
@@ -84,19 +82,14 @@ def unexplained_section(diagnosis: Mapping[str, Any], series: Series) -> Html | 
         ),
         ("record next", _next_recording(str(mismatch.get("regime") or ""))),
     ]
-    return section(
-        "missing",
-        "Known symptoms",
-        tag("dl", [[tag("dt", name), tag("dd", text)] for name, text in rows if text]),
-    )
+    return [(name, text) for name, text in rows if text]
 
 
 def _location_sentences(mismatch: Mapping[str, Any]) -> list[str]:
     point, corners = finite_pair(mismatch.get("body_point")), polygon(mismatch.get("world_region"))
     found = []
     if point is not None:
-        coordinates = ", ".join(format_fixed(value, 2) for value in point)
-        found.append(f"It acts near ({coordinates})\N{NO-BREAK SPACE}m on the object.")
+        found.append(f"It acts near {format_point(point)} on the object.")
     if corners is not None:
         found.append(f"It acts in {describe_region(corners)} on the floor.")
     return found

@@ -42,11 +42,10 @@ def test_a_script_can_show_every_sample() -> None:
     found = episode(friction=True)
     data = json.loads(page("friction").split('<script type="application/json">')[1].split("</script>")[0])
     length = len(found.t)
-    assert {name: len(data[name]) for name in ("poses", "way", "force", "said")} == dict.fromkeys(
-        ("poses", "way", "force", "said"), length
-    )
-    assert [start for start, _ in data["beliefs"]] == [0, *(10 * (k + 1) for k in range(len(found.updates)))]
-    assert data["beliefs"][0][1] == "" and "ellipse" in data["beliefs"][1][1]
+    assert [len(data[name]) for name in ("poses", "forces", "texts")] == [length] * 3
+    starts = [start for start, _ in data["estimates"]]
+    assert starts == [0, *(10 * (k + 1) for k in range(len(found.updates)))]
+    assert data["estimates"][0][1] == "" and "ellipse" in data["estimates"][1][1]
 
 
 def test_what_was_named_stands_in_its_row_and_beside_its_truth() -> None:
