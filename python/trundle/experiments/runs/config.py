@@ -94,18 +94,14 @@ def read(path: Path) -> Settings:
     check_horizon(path, file.arguments, "arguments")
     check_argument_types(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
+    # The agent decides once without rendering, so that errors appear before anything is written.
+    env = None
     try:
-        check_agent(settings)
+        env, agent = replace(settings, arguments={**settings.arguments, "render_mode": None}).begin(0)
+        agent.predict(env.reset(seed=settings.seed)[0], episode_start=True)
     except TrundleError as error:
         raise TrundleError(f"{path}: {error}") from None
-    return settings
-
-
-def check_agent(settings: Settings) -> None:
-    """Let the agent decide once without rendering, so that errors appear before anything is written."""
-    arguments = {**settings.arguments, "render_mode": None}
-    env, agent = replace(settings, arguments=arguments).begin(0)
-    try:
-        agent.predict(env.reset(seed=settings.seed)[0], episode_start=True)
     finally:
-        env.close()
+        if env is not None:
+            env.close()
+    return settings

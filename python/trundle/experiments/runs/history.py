@@ -193,11 +193,11 @@ def wheel_covariance(posterior: Mapping[str, Any] | None) -> Array | None:
     """Return the covariance (2, 2) m² of the wheel's position; infinite where the posterior has no value."""
     if not posterior:
         return None
-    rows = {name: row for row, name in enumerate(posterior["names"])}
-    known = [axis for axis in range(2) if f"{WHEEL}.{'xy'[axis]}" in rows]
-    at = [rows[f"{WHEEL}.{'xy'[axis]}"] for axis in known]
+    names = posterior["names"]
+    known = [axis for axis in (0, 1) if f"{WHEEL}.{'xy'[axis]}" in names]
+    rows = [names.index(f"{WHEEL}.{'xy'[axis]}") for axis in known]
     found = np.diag([math.inf, math.inf])
-    found[np.ix_(known, known)] = np.array(posterior["covariance"])[np.ix_(at, at)]
+    found[np.ix_(known, known)] = np.array(posterior["covariance"])[np.ix_(rows, rows)]
     return found
 
 

@@ -31,13 +31,6 @@ __all__ = ["render"]
 
 MAX_STAGES = 6
 """Maximum number of fits that are drawn, unless more of them added a law."""
-TITLES = {
-    f"{WHEEL}.x": "wheel, x",
-    f"{WHEEL}.y": "wheel, y",
-    "least": "least drag",
-    "most": "most drag",
-    "angle": "direction of least drag",
-}
 
 
 def render(settings: Settings, config: str, episodes: Sequence[Episode]) -> str:
@@ -69,6 +62,8 @@ def episode_row(identity: str, episode: Episode) -> Row:
     hidden = [
         each.name if each.at is None else f"{each.name} at {format_point(each.at)}" for each in episode.hidden
     ]
+    estimated = [effect for update in episode.updates for effect in update.other_effects]
+    marked = [*episode.hidden, *sorted(estimated, key=lambda effect: effect.name)]
     error = episode.wheel_error(episode.updates[-1]) if episode.updates else None
     return {
         "identity": identity,
@@ -81,7 +76,7 @@ def episode_row(identity: str, episode: Episode) -> Row:
         "wheel_error": format_quantity("m", error),
         "scene": scene.draw(identity, episode),
         "frames": scene.frames(episode),
-        "marked": marked_effects(episode),
+        "marked": join_words(list(dict.fromkeys(each.name for each in marked if each.at is not None))),
         "tiles": [wheel.draw(f"{identity}-tile{n}", episode, update) for n, update in enumerate(stages)],
         "curves": time.beliefs(identity, episode),
         "updates": [update_row(episode, update) for update in episode.updates],
@@ -89,15 +84,6 @@ def episode_row(identity: str, episode: Episode) -> Row:
         "added": time.added(identity, episode),
         "push": time.push(identity, episode),
     }
-
-
-def marked_effects(episode: Episode) -> str:
-    """Return the names of the hidden and estimated effects that have a mark on the maps."""
-    hidden = [effect.name for effect in episode.hidden if effect.at is not None]
-    estimated = [
-        each.name for update in episode.updates for each in update.other_effects if each.at is not None
-    ]
-    return join_words(list(dict.fromkeys([*hidden, *sorted(estimated)])))
 
 
 def update_row(episode: Episode, update: Update) -> Row:
@@ -124,12 +110,12 @@ def update_row(episode: Episode, update: Update) -> Row:
 def estimate_rows(episode: Episode) -> list[Row]:
     """Return a row for each estimate of the last belief: of the body, the wheel and the other effects."""
     found = episode.updates[-1].estimates if episode.updates else {}
-    others = [name for name in found if name not in TITLES and not name.startswith(f"{WHEEL}.")]
-    names = sorted([*TITLES, *others], key=lambda name: (not name.startswith("body."), name not in TITLES))
+    own = [name for name in found if not name.startswith(f"{WHEEL}.") and name not in time.WHEEL_TITLES]
+    body = [name for name in own if name.startswith("body.")]
+    wheel_names = [name for name in time.WHEEL_TITLES if name in found]
     rows = []
-    for name in names:
-        if (estimate := found.get(name)) is None:
-            continue
+    for name in dict.fromkeys([*body, *wheel_names, *own]):
+        estimate = found[name]
         true, mean, sd = episode.true_value(name), estimate["mean"], estimate["sd"]
         gap = None if true is None or mean is None else mean - true
         if name == "angle" and gap is not None:
@@ -138,7 +124,7 @@ def estimate_rows(episode: Episode) -> list[Row]:
             true = mean - gap
         rows.append(
             {
-                "name": TITLES.get(name) or time.parameter_title(name),
+                "name": time.estimate_title(name),
                 "estimate": format_parameter(estimate),
                 "true_value": format_estimate(true, None, estimate["unit"]),
                 "error": ABSENT if gap is None or not sd else format_fixed(abs(gap) / sd, 1),

@@ -27,12 +27,12 @@ __all__ = ["run_closed_loop"]
 
 
 def run_closed_loop(
-    path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str], None] | None = None
+    path: Path, out: Path, *, quiet: bool = False, report: Callable[[str], None] | None = None
 ) -> Path:
     """Run the unfinished episodes of a settings file, write the page of all, and return its path.
 
     The folder `out` gets `settings.json`, `page.html`, and for each episode `episode_NN/history.json` and
-    `episode_NN/recording/`. `tell` is called with a line about the outcome of each episode.
+    `episode_NN/recording/`. `report` is called with a line about the outcome of each episode.
 
     Raises
     ------
@@ -45,8 +45,8 @@ def run_closed_loop(
     for number in range(settings.episodes):
         episode = parse_history(episode_history(settings, out / f"episode_{number:02}", number, quiet))
         episodes.append(episode)
-        if tell:
-            tell(f"episode {number}: {sentences.headline(episode)} {sentences.wheel_sentence(episode)}")
+        if report:
+            report(f"episode {number}: {sentences.headline(episode)} {sentences.wheel_sentence(episode)}")
     write_text(out / "page.html", render(settings, path.name, episodes))
     return out / "page.html"
 
@@ -88,7 +88,7 @@ def run_episode(settings: config.Settings, folder: Path, number: int, quiet: boo
         env = trundle.Record(env, folder / "recording", name=name, table=settings.recording)
     with Progress(f"episode {number}", quiet=quiet) as progress:
 
-        def report(row: Row) -> None:
+        def watch(row: Row) -> None:
             way = f"{row['t']:5.2f} s, {row['distance']:.2f} m to go"
             progress.show(way)
             if row["update"] is not None and not quiet:
@@ -96,6 +96,6 @@ def run_episode(settings: config.Settings, folder: Path, number: int, quiet: boo
                 belief = sentences.belief_line(parse_update(row["update"]))
                 print(f"{clear}{way}: {belief}", file=sys.stderr, flush=True)
 
-        history = play(env, agent, seed, report)
+        history = play(env, agent, seed, watch)
     env.close()
     return history

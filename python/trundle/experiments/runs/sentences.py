@@ -21,8 +21,6 @@ __all__ = ["belief_line", "change_phrases", "convergence_sentence", "headline", 
 
 FOUND_DISTANCE_M = 0.02
 """Largest error of a wheel that counts as found."""
-LAWLESS = "regression model"
-"""Text for a regression model, whose coefficients have no physical names."""
 GAP = "\N{NO-BREAK SPACE}"
 
 
@@ -83,7 +81,7 @@ def belief_line(update: Update) -> str:
     """Return the belief as a line for the terminal."""
     if update.wheel is None:
         names = join_words([each.name for each in update.other_effects])
-        parts = [names or ("no wheel" if update.estimates else LAWLESS)]
+        parts = [names or ("no wheel" if update.estimates else "regression model")]
     else:
         drags = [update.estimates.get(name) for name in ("least", "most")]
         known = [format_estimate(each["mean"], each["sd"]) for each in drags if each and each["sd"]]

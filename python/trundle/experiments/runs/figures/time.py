@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -13,25 +13,31 @@ from trundle.report.figures.ellipse import ellipse_axes
 from trundle.report.figures.lanes import Curve, Lane, Marks, bounds, lane_figure
 from trundle.report.quantity import key_to_words
 
-__all__ = ["added", "beliefs", "parameter_title", "push"]
+__all__ = ["WHEEL_TITLES", "added", "beliefs", "estimate_title", "push"]
 
 MIN_DISTANCE_M, MAX_DISTANCE_M = 1e-4, 1.0
-"""Range of the distances that are drawn; the upper end also stands for an unknown position."""
+"""Range of the distances that are drawn; an unknown position is drawn at the upper end."""
 MIN_SPAN = 0.05
 """Smallest range of an axis, as a share of its largest value."""
 CAPTION = "Line and band: estimate with two standard deviations, clipped to the frame. Dashes: true value."
 
-PLACE = {f"{WHEEL}.x": "wheel, x, m", f"{WHEEL}.y": "wheel, y, m"}
-DRAG_AND_MASS = {"least": "least drag, N·s/m", "most": "most drag, N·s/m", "body.mass": "mass, kg"}
-"""Titles of lanes by estimate."""
+WHEEL_TITLES = {
+    f"{WHEEL}.x": "wheel, x",
+    f"{WHEEL}.y": "wheel, y",
+    "least": "least drag",
+    "most": "most drag",
+    "angle": "direction of least drag",
+}
+"""Titles of the wheel's estimates."""
 
 
 def beliefs(identity: str, episode: Episode) -> list[Figure]:
     """Return the accuracy of the wheel's position, the position, and drag and mass over time."""
+    place, rest = (f"{WHEEL}.x", f"{WHEEL}.y"), ("least", "most", "body.mass")
     found = (
         accuracy(identity, episode),
-        estimates(f"{identity}-place", "The wheel's position over time", episode, PLACE, height=98.0),
-        estimates(f"{identity}-rest", "Drag and mass over time", episode, DRAG_AND_MASS),
+        estimates(f"{identity}-place", "The wheel's position over time", episode, place, height=98.0),
+        estimates(f"{identity}-rest", "Drag and mass over time", episode, rest),
     )
     return [figure for figure in found if figure is not None]
 
@@ -57,27 +63,23 @@ def accuracy(identity: str, episode: Episode) -> Figure | None:
 
 def added(identity: str, episode: Episode) -> Figure | None:
     """Return estimates of added effects and of the body, except its mass, over time."""
-    units = {name: each["unit"] for update in episode.updates for name, each in update.estimates.items()}
-    names = {
-        name: ", ".join(filter(None, [parameter_title(name), unit]))
-        for name, unit in units.items()
-        if "." in name and name != "body.mass" and not name.startswith(f"{WHEEL}.")
-    }
+    found = dict.fromkeys(name for update in episode.updates for name in update.estimates)
+    names = [n for n in found if n not in (*WHEEL_TITLES, "body.mass") and not n.startswith(f"{WHEEL}.")]
     return estimates(f"{identity}-others", "Parameters of added effects over time", episode, names)
 
 
-def parameter_title(name: str) -> str:
-    """Return a parameter's title."""
+def estimate_title(name: str) -> str:
+    """Return the title of an estimate."""
     kind, _, parameter = name.rpartition(".")
     words = key_to_words(parameter)
-    return words if kind == "body" else f"{wording.effect_name(kind)}, {words}"
+    return WHEEL_TITLES.get(name) or (words if kind == "body" else f"{wording.effect_name(kind)}, {words}")
 
 
 def estimates(
-    identity: str, title: str, episode: Episode, names: Mapping[str, str], height: float = 60.0
+    identity: str, title: str, episode: Episode, names: Iterable[str], height: float = 60.0
 ) -> Figure | None:
-    """Return a lane for each estimated number, given by name and title; None without any."""
-    found = [estimate_lane(episode, name, text, height) for name, text in names.items()]
+    """Return a lane for each estimate with a number; None without any."""
+    found = [estimate_lane(episode, name, height) for name in names]
     rows = [lane for lane in found if lane is not None]
     if not rows:
         return None
@@ -87,9 +89,10 @@ def estimates(
     return draw(identity, title, " ".join([CAPTION, *notes]), rows, episode, marks)
 
 
-def estimate_lane(episode: Episode, name: str, title: str, height: float) -> Lane | None:
+def estimate_lane(episode: Episode, name: str, height: float) -> Lane | None:
     """Return the lane of one number, constant between fits, with gaps where it is not identifiable."""
-    found = [update.estimates.get(name, {"mean": None, "sd": None}) for update in episode.updates]
+    none = {"mean": None, "sd": None, "unit": ""}
+    found = [update.estimates.get(name, none) for update in episode.updates]
     mean, sd = (np.repeat(np.array([each[key] for each in found], float), 2) for key in ("mean", "sd"))
     if not np.isfinite(mean).any():
         return None
@@ -101,6 +104,7 @@ def estimate_lane(episode: Episode, name: str, title: str, height: float) -> Lan
     late = slice(1 if len(found) > 2 else 0, None)
     low, high = bounds([Curve("interval", t[late], mean[late], 2.0 * np.nan_to_num(sd[late])), *real])
     widen = max(MIN_SPAN * max(abs(low), abs(high)) - (high - low), 0.0) / 2
+    title = ", ".join(filter(None, [estimate_title(name), max(each["unit"] for each in found)]))
     return Lane(title, (band, *real, Curve("estimated", t, mean)), (low - widen, high + widen), height)
 
 

@@ -30,8 +30,8 @@ def draw(identity: str, episode: Episode, update: Update) -> Figure:
     content: Child = [
         [view.outline(corners, "footprint") for corners in episode.outline],
         [tag("circle", cx=x, cy=y, r=6.0, class_="support") for x, y in view.to_page(episode.support)],
-        estimate_marks(view, update),
         true_marks(view, episode),
+        estimate_marks(view, update),
         magnifier(identity, view, episode, update),
     ]
     inner = tag("svg", content, viewBox=f"0 0 {WIDTH:.0f} {view.height:.2f}", **size)
@@ -84,7 +84,7 @@ def magnifier(identity: str, view: TopView, episode: Episode, update: Update) ->
         identity,
         view,
         episode.wheel.at,
-        lambda zoomed: [estimate_marks(zoomed, update), true_marks(zoomed, episode)],
+        lambda zoomed: [true_marks(zoomed, episode), estimate_marks(zoomed, update)],
     )
 
 
