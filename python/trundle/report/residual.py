@@ -115,6 +115,6 @@ def _panels(
         return None
     entries = [("band", "noise (two standard deviations)")]
     entries += [("window", "windows that exceed the noise")] if windows else []
-    single = is_single(diagnosis, series.unnamed) or len(sides) < 2
+    single = is_single(diagnosis, series.discrepancy_inputs) or len(sides) < 2
     entries += [] if single else [("before whole", "before"), ("after whole", "after")]
     return {"figures": figures, "legend": entries, "note": drawn_note(len(figures), len(episodes))}

@@ -97,7 +97,7 @@ def _legend(verb: str, curves: Sequence[object]) -> list[tuple[str, str]]:
 
 def error_metrics(diagnosis: Mapping[str, Any], series: Series) -> Section:
     """Return the error metrics of held-out and of training data."""
-    fit, single = diagnosis.get("fit") or {}, is_single(diagnosis, series.unnamed)
+    fit, single = diagnosis.get("fit") or {}, is_single(diagnosis, series.discrepancy_inputs)
     sides = ("refitted", "with the missing effects")
     if diagnosis.get("verdict") == "reparameterised":
         sides = ("as given", "refitted")

@@ -60,7 +60,7 @@ def symptoms(diagnosis: Mapping[str, Any], series: Series) -> list[tuple[str, st
     """Return the symptoms and the next recording, as terms and descriptions; none for other verdicts."""
     if diagnosis.get("verdict") != "unexplained":
         return []
-    mismatch, left = diagnosis.get("mismatch") or {}, diagnosis.get("residual") or {}
+    mismatch, residual = diagnosis.get("mismatch") or {}, diagnosis.get("residual") or {}
     rows = [
         (
             "where",
@@ -72,13 +72,13 @@ def symptoms(diagnosis: Mapping[str, Any], series: Series) -> list[tuple[str, st
             "size",
             " ".join(
                 part
-                for part in (*size_sentences(left, series), axis_shares_sentence(mismatch, series))
+                for part in (*size_sentences(residual, series), axis_shares_sentence(mismatch, series))
                 if part
             ),
         ),
         (
             "depends on",
-            " ".join(_dependence_sentences(mismatch, left, series)) or "No dependence was found.",
+            " ".join(_dependence_sentences(mismatch, residual, series)) or "No dependence was found.",
         ),
         ("record next", _next_recording(str(mismatch.get("regime") or ""))),
     ]
@@ -107,12 +107,15 @@ def _strongest_window(mismatch: Mapping[str, Any]) -> str:
     return f"It is strongest in {worst.get('episode')} at {format_interval(worst['start'], worst['end'])}."
 
 
-def _dependence_sentences(mismatch: Mapping[str, Any], left: Mapping[str, Any], series: Series) -> list[str]:
+def _dependence_sentences(
+    mismatch: Mapping[str, Any], residual: Mapping[str, Any], series: Series
+) -> list[str]:
     found = dependence_sentences(
-        {"regime": left.get("regime") or mismatch.get("regime"), "periods": left.get("periods")}
+        {"regime": residual.get("regime") or mismatch.get("regime"), "periods": residual.get("periods")}
     )
-    if series.unnamed:
-        found.append(f"A force learned from the training data depends on {join_words(list(series.unnamed))}.")
+    if series.discrepancy_inputs:
+        inputs = join_words(list(series.discrepancy_inputs))
+        found.append(f"A force learned from the training data depends on {inputs}.")
     return found
 
 

@@ -23,15 +23,15 @@ __all__ = ["draw"]
 def draw(diagnosis: Mapping[str, Any], series: Series) -> Figure | None:
     """Return the map; None if there is nothing to mark on the floor, and on a rail."""
     named = [place for place in locate_effects(diagnosis.get("missing") or ()) if place.on_floor]
-    unnamed = diagnosis.get("verdict") == "unexplained"
-    hint = polygon((diagnosis.get("mismatch") or {}).get("world_region")) if unnamed else None
+    is_unexplained = diagnosis.get("verdict") == "unexplained"
+    hint = polygon((diagnosis.get("mismatch") or {}).get("world_region")) if is_unexplained else None
     drawn = [episode for episode in series.episodes if _is_drawable(episode)]
-    if "theta" not in series.dof or not drawn or not (named or unnamed):
+    if "theta" not in series.dof or not drawn or not (named or is_unexplained):
         return None
     moments = [(place, found) for place in named if (found := _event_pose(place.event, drawn)) is not None]
     ghosts = [place_outline(shape, pose) for _, pose in moments for shape in series.footprint]
     view = TopView.around([*(episode.observed[:, :2] for episode in drawn), *ghosts, *_corners(named, hint)])
-    arrows, longest = missing_force.arrows(view, drawn) if unnamed else ([], 0.0)
+    arrows, longest = missing_force.arrows(view, drawn) if is_unexplained else ([], 0.0)
     drawing = view.with_frame(
         [view.outline(corners, "region") for corners in _regions(named, hint)],
         [view.path(episode.observed[:, :2], _style(episode, named)) for episode in drawn],

@@ -101,7 +101,7 @@ def estimate_lane(episode: Episode, name: str, height: float) -> Lane | None:
     band = Curve("interval", t, mean, 2.0 * np.nan_to_num(sd))
     real = [] if true is None else [Curve("true", np.array([0.0, end]), np.array([true, true]))]
     # The first estimate is often far off. It does not determine the limits.
-    late = slice(2 if len(found) > 2 else 0, None)
+    late = slice(2 if len(found) > 2 and np.isfinite(mean[2:]).any() else 0, None)
     low, high = bounds([Curve("interval", t[late], mean[late], 2.0 * np.nan_to_num(sd[late])), *real])
     widen = max(MIN_SPAN * max(abs(low), abs(high)) - (high - low), 0.0) / 2
     title = ", ".join(filter(None, [estimate_title(name), max(each["unit"] for each in found)]))
