@@ -63,7 +63,7 @@ def test_the_slider_moves_the_object_and_the_belief(browser: Browser, tmp_path: 
     browser.evaluate(SLIDE)
     assert browser.evaluate(PLACED) != end
     assert browser.evaluate(TOLD).startswith("1.00")
-    assert browser.evaluate("document.querySelectorAll('.player .belief ellipse').length") == 1
+    assert browser.evaluate("document.querySelectorAll('.player .estimate-marks ellipse').length") == 1
     assert requests(browser) == [browser.evaluate("location.href")]
 
 

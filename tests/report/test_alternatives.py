@@ -81,9 +81,9 @@ def test_without_alternatives_there_is_no_section(samples: dict[str, Sample]) ->
 def test_channels_that_are_zero_are_not_drawn(
     samples: dict[str, Sample], knots: list[list[float]], lanes: list[str]
 ) -> None:
-    drawing = pushes.draw("0", None, push("steady", knots), Series.parse(samples["table"][1]))
-    assert drawing is not None
-    assert re.findall(r'class="lane">([^<]*)<', drawing) == lanes
+    figure = pushes.draw("0", None, push("steady", knots), Series.parse(samples["table"][1]))
+    assert figure is not None
+    assert re.findall(r'class="lane">([^<]*)<', figure.drawing) == lanes
 
 
 def test_a_push_without_a_grasp_is_not_drawn(samples: dict[str, Sample]) -> None:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from trundle.report.decimate import envelope, simplify
 from trundle.report.figures.canvas import ticks
-from trundle.report.markup import Html, tag
 from trundle.report.quantity import format_estimate, format_quantity, format_significant
+from trundle.report.svg import Markup, tag
 
 
 def test_envelope_keeps_a_single_spike_and_the_order_of_time() -> None:
@@ -104,4 +104,5 @@ def test_symmetric_axes_have_more_than_a_zero() -> None:
 
 
 def test_markup_escapes_text_but_not_markup() -> None:
-    assert tag("p", "<b>", Html("<i></i>"), None, class_='"') == '<p class="&quot;">&lt;b&gt;<i></i></p>'
+    drawn = tag("text", "<b>", Markup("<tspan></tspan>"), None, class_='"', x=1.0)
+    assert drawn == '<text class="&#34;" x="1">&lt;b&gt;<tspan></tspan></text>'

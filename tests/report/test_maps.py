@@ -85,9 +85,9 @@ def test_an_event_comes_first_and_is_marked_in_time_and_place() -> None:
 
 def test_numbers_of_close_points_do_not_overlap(samples: dict[str, Sample]) -> None:
     diagnosis, series = samples["corners"]
-    drawing = object_map.draw(diagnosis, Series.parse(series))
-    assert drawing is not None
-    spots = re.findall(r'<text x="([\d.]+)" y="([\d.]+)" class="number"', drawing)
+    figure = object_map.draw(diagnosis, Series.parse(series))
+    assert figure is not None
+    spots = re.findall(r'<text x="([\d.]+)" y="([\d.]+)" class="number"', figure.drawing)
     places = np.array(spots, dtype=np.float64)
     apart = np.abs(places[:, None] - places[None]).max(axis=2) + 99.0 * np.eye(len(places))
     assert len(places) == 5 and apart.min() > 15.0
@@ -96,5 +96,5 @@ def test_numbers_of_close_points_do_not_overlap(samples: dict[str, Sample]) -> N
 def test_a_map_of_places_far_away_still_shows_the_object() -> None:
     diagnosis, series = copy.deepcopy(effect_sample("coulomb_friction"))
     diagnosis["missing"][0]["where"]["body_point"]["mean"] = [80.0, 3.0]
-    drawing = object_map.draw(diagnosis, Series.parse(series))
-    assert drawing is not None and ">20\xa0cm<" in drawing
+    figure = object_map.draw(diagnosis, Series.parse(series))
+    assert figure is not None and ">20\xa0cm<" in figure.drawing

@@ -1,6 +1,7 @@
 """The report of a diagnosis: one HTML file without scripts or external resources.
 
-The figures are SVG that `markup` and `figures` write. Matplotlib is not used, for these reasons:
+`page` collects plain data, `templates` holds the HTML, and `figures` draws SVG. Matplotlib is not used for
+the figures, for these reasons:
 
 - Panels are 360 units wide and CSS arranges them, so text has the same size on a phone and on a desktop.
 - Lines and text take their colours from the style sheet, so dark mode and print need no second figure.
@@ -9,7 +10,21 @@ The figures are SVG that `markup` and `figures` write. Matplotlib is not used, f
 - A recording of 25,000 samples takes about ten kilobytes per panel (see `decimate`).
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 from trundle.report.inputs import inputs
-from trundle.report.page import render
 
 __all__ = ["inputs", "render"]
+
+
+def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
+    """Render the whole report, see `trundle.report.page.render`.
+
+    Jinja and the figures are imported on the first call, so that `import trundle` does not wait for them.
+    """
+    from trundle.report import page
+
+    return page.render(diagnosis, series)

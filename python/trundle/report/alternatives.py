@@ -1,4 +1,4 @@
-"""Section "Alternative explanations": ties with certificates, competing effects, discriminating pushes."""
+"""Data of the section "Alternative explanations": ties, competing effects, and discriminating pushes."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import Any
 
 from trundle.report import wording
 from trundle.report.figures import push
-from trundle.report.markup import Child, Html, tag
-from trundle.report.section import collapsible, section
 from trundle.report.series import Series
 
 __all__ = ["alternatives"]
+
+Card = dict[str, Any]
 
 _MIN_SHOWN_PROBABILITY = 0.01
 """An alternative with at least this probability has a card; the others are collapsed."""
 
 
-def alternatives(diagnosis: Mapping[str, Any], given: Mapping[str, Any], series: Series) -> Html | None:
-    """Return the section on indistinguishable and competing explanations; None if there are none.
+def alternatives(diagnosis: Mapping[str, Any], given: Mapping[str, Any], series: Series) -> Card | None:
+    """Return cards of indistinguishable and competing explanations; None if there are none.
 
     Parameters
     ----------
@@ -47,16 +47,7 @@ def alternatives(diagnosis: Mapping[str, Any], given: Mapping[str, Any], series:
     cards = [_tie_card(index, group, evidence) for index, group in enumerate(groups)]
     cards += [_tied_sets_card(entry, evidence) for entry in sets]
     cards += [_alternative_card(index, entry, evidence) for index, entry in enumerate(near, len(groups))]
-    without_cards = "No other tested explanation is plausible."
-    if diagnosis.get("verdict") == "unexplained":
-        without_cards = "No tested explanation fits well enough. The pushes below test the closest ones."
-    excluded = tag("ul", [_excluded_item(entry) for entry in far])
-    return section(
-        "alternatives",
-        "Alternative explanations",
-        tag("div", cards, class_="cards") if cards else tag("p", without_cards),
-        collapsible("Excluded explanations, and how to test them", excluded) if far else None,
-    )
+    return {"cards": cards, "excluded": [_excluded(entry) for entry in far]}
 
 
 @dataclass(frozen=True)
@@ -101,43 +92,41 @@ class _Evidence:
         return [entry for entry, pair in zip(entries, models, strict=True) if len(pair) > 1 and pair <= names]
 
 
-def _tie_card(index: int, group: Sequence[str], evidence: _Evidence) -> Html:
+def _tie_card(index: int, group: Sequence[str], evidence: _Evidence) -> Card:
     names = frozenset(group)
-    certificates = evidence.comparing(evidence.certificates, names)
     planned = evidence.comparing(evidence.experiments, names)
     texts = [entry.get("experiment") for entry in evidence.alternatives if str(entry.get("effect")) in names]
     experiments: list[object] = [*planned] or [text for text in texts if text] or [None]
-    return tag(
-        "article",
-        tag("h3", wording.capitalise(wording.effect_names(group, "or")), tag("span", "tied", class_="kind")),
-        tag("p", "This recording cannot distinguish these effects: each explains it equally well."),
-        [_certificate(entry) for entry in certificates],
-        [_experiment(f"{index}-{rank}", each, evidence.series) for rank, each in enumerate(experiments)],
-        class_="alternative",
-    )
+    return {
+        "title": wording.capitalise(wording.effect_names(group, "or")),
+        "kind": "tied",
+        "tied": "effects",
+        "certificates": _certificates(names, evidence),
+        "experiments": [
+            _experiment(f"{index}-{rank}", each, evidence.series) for rank, each in enumerate(experiments)
+        ],
+    }
 
 
-def _tied_sets_card(sets: Sequence[Sequence[Any]], evidence: _Evidence) -> Html:
+def _tied_sets_card(sets: Sequence[Sequence[Any]], evidence: _Evidence) -> Card:
     """Return the card of tied sets of effects, with the certificates and pushes that compare them."""
     names = frozenset(_sorted_set_name(" + ".join(map(str, group))) for group in sets)
     single = frozenset(str(name) for group in sets for name in group)
-    certificates = evidence.comparing(evidence.certificates, names | single)
     experiments = [
         each.get("experiment")
         for each in evidence.alternatives
         if _sorted_set_name(each.get("effect")) in names
     ]
-    return tag(
-        "article",
-        tag("h3", wording.capitalise(wording.effect_sets(sets)), tag("span", "tied sets", class_="kind")),
-        tag("p", "This recording cannot distinguish these sets of effects: each explains it equally well."),
-        [_certificate(entry) for entry in certificates],
-        [
+    return {
+        "title": wording.capitalise(wording.effect_sets(sets)),
+        "kind": "tied sets",
+        "tied": "sets of effects",
+        "certificates": _certificates(names | single, evidence),
+        "experiments": [
             _experiment(f"sets-{rank}", text, evidence.series)
             for rank, text in enumerate(experiments or [None])
         ],
-        class_="alternative",
-    )
+    }
 
 
 def _sorted_set_name(effect: object) -> str:
@@ -145,52 +134,51 @@ def _sorted_set_name(effect: object) -> str:
     return " + ".join(sorted(part.strip() for part in str(effect).split("+")))
 
 
-def _certificate(entry: Mapping[str, Any]) -> Html | None:
-    text = entry.get("statement")
-    return tag("p", tag("b", "Certificate: "), wording.typeset(text)) if text else None
+def _certificates(names: frozenset[str], evidence: _Evidence) -> list[str]:
+    found = evidence.comparing(evidence.certificates, names)
+    return [wording.typeset(entry["statement"]) for entry in found if entry.get("statement")]
 
 
-def _alternative_card(index: int, entry: Mapping[str, Any], evidence: _Evidence) -> Html:
-    share, name = wording.probability_of(entry), str(entry.get("effect"))
+def _alternative_card(index: int, entry: Mapping[str, Any], evidence: _Evidence) -> Card:
+    name = str(entry.get("effect"))
     planned = evidence.comparing(evidence.experiments, evidence.named | {name})
     relevant = [found for found in planned if name in map(str, found.get("models") or ())]
-    kind = None if share is None else tag("span", wording.format_percent(share), class_="kind")
     experiment = relevant[0] if relevant else entry.get("experiment")
-    return tag(
-        "article",
-        tag("h3", wording.capitalise(wording.effect_name(name)), kind),
-        _experiment(str(index), experiment, evidence.series),
-        class_="alternative",
-    )
+    return {
+        "title": wording.capitalise(wording.effect_name(name)),
+        "kind": wording.format_share(entry.get("probability")),
+        "tied": "",
+        "certificates": [],
+        "experiments": [_experiment(str(index), experiment, evidence.series)],
+    }
 
 
-def _experiment(identity: str, given: object, series: Series) -> Child:
+def _experiment(identity: str, given: object, series: Series) -> Card | None:
     """Return a discriminating experiment, given as a sentence or as a table whose pushes are drawn."""
     if not given:
-        return tag("p", "No push is known that distinguishes them.")
+        return None
     if not isinstance(given, Mapping):
-        return tag("p", tag("b", "To distinguish them: "), _with_full_stop(wording.typeset(given)))
+        return {"sentence": _with_full_stop(wording.typeset(given)), "figures": []}
     pushes = [each for each in given.get("pushes") or () if isinstance(each, Mapping)]
     drawn = [
         push.draw(f"{identity}-{index}", index + 1 if len(pushes) > 1 else None, each, series)
         for index, each in enumerate(pushes)
     ]
-    sentence = wording.typeset(given.get("sentence") or "push as drawn.")
-    panels = tag("div", drawn, class_="panels") if any(drawn) else None
-    return [tag("p", tag("b", "To distinguish them: "), sentence), panels]
+    return {
+        "sentence": wording.typeset(given.get("sentence") or "push as drawn."),
+        "figures": [figure for figure in drawn if figure is not None],
+    }
 
 
 def _with_full_stop(text: str) -> str:
     return text if text.endswith((".", "!", "?")) else f"{text}."
 
 
-def _excluded_item(entry: Mapping[str, Any]) -> Html:
-    share = wording.probability_of(entry)
-    odds = "" if share is None else f" ({wording.format_percent(share)})"
-    text = wording.typeset(entry.get("experiment") or "no push is known that tests it")
-    return tag(
-        "li",
-        tag("b", wording.capitalise(wording.effect_name(entry.get("effect")))),
-        f"{odds}: ",
-        _with_full_stop(text),
-    )
+def _excluded(entry: Mapping[str, Any]) -> Card:
+    return {
+        "name": wording.capitalise(wording.effect_name(entry.get("effect"))),
+        "probability": wording.format_share(entry.get("probability")),
+        "experiment": _with_full_stop(
+            wording.typeset(entry.get("experiment") or "no push is known that tests it")
+        ),
+    }

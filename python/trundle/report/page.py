@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from importlib import resources
+from collections.abc import Mapping
 from typing import Any
 
-from trundle.report import alternatives, cards, immaterial, reproduce, residual, sections
-from trundle.report.markup import Html, tag
-from trundle.report.section import contents
+from trundle.report import alternatives, cards, residual, sections, tables, unexplained
+from trundle.report.jinja import render_template
+from trundle.report.reproduce import reproduce
 from trundle.report.series import Series
 from trundle.report.verdict import headline, is_single
 
 __all__ = ["render"]
+
+_CONTENTS = (
+    ("immaterial", "Immaterial"),
+    ("motion", "Motion"),
+    ("wrench", "Wrench"),
+    ("residual", "Residual"),
+    ("ranking", "Candidates"),
+    ("alternatives", "Alternatives"),
+    ("fit", "Errors"),
+    ("nominal", "Parameters"),
+    ("reproduce", "Reproduce"),
+)
+"""Sections that the table of contents lists: anchor and key of the data, and text."""
 
 
 def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
@@ -38,35 +50,31 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
         One HTML page without scripts or external resources. The same input gives the same bytes.
     """
     curves = Series.parse(series, single=is_single(diagnosis, series.get("unnamed")))
-    warnings = [str(each) for each in series.get("doubts") or diagnosis.get("warnings") or ()]
     recording = str(diagnosis.get("recording") or "recording")
-    parts: Sequence[tuple[str, str, Html | None]] = (
-        ("missing", "", cards.missing_effects(diagnosis, curves)),
-        ("immaterial", "Immaterial", immaterial.immaterial(diagnosis)),
-        ("motion", "Motion", sections.motion(diagnosis, curves)),
-        ("wrench", "Wrench", sections.wrench(curves)),
-        ("residual", "Residual", residual.residual_section(diagnosis, curves)),
-        ("ranking", "Candidates", sections.ranking(series)),
-        ("alternatives", "Alternatives", alternatives.alternatives(diagnosis, series, curves)),
-        ("fit", "Errors", sections.error_metrics(diagnosis, curves)),
-        ("nominal", "Parameters", sections.parameters(diagnosis)),
-        ("reproduce", "Reproduce", reproduce.reproduce(series, str(diagnosis.get("wrench_pose") or ""))),
+    symptoms = unexplained.symptoms(diagnosis, curves)
+    data = {
+        "symptoms": symptoms,
+        "missing": [] if symptoms else cards.missing_effects(diagnosis),
+        "immaterial": tables.immaterial_effects(diagnosis),
+        "motion": sections.motion(diagnosis, curves),
+        "wrench": sections.wrench(curves),
+        "residual": residual.residual_section(diagnosis, curves),
+        "ranking": tables.candidates(series.get("candidates") or ()),
+        "alternatives": alternatives.alternatives(diagnosis, series, curves),
+        "fit": sections.error_metrics(diagnosis, curves),
+        "nominal": sections.parameters(diagnosis),
+        "reproduce": reproduce(series),
+    }
+    warnings = series.get("doubts") or diagnosis.get("warnings") or ()
+    return render_template(
+        "trundle.report",
+        "report.html",
+        title=f"{recording}: {headline(diagnosis)}",
+        recording=recording,
+        headline=headline(diagnosis),
+        verdict=diagnosis.get("verdict"),
+        wrench_pose=diagnosis.get("wrench_pose"),
+        header=sections.answer_header(diagnosis, curves, warnings),
+        entries=[(identity, name) for identity, name in _CONTENTS if data[identity]],
+        **data,
     )
-    links = contents([(identity, name) for identity, name, part in parts if part is not None and name])
-    body = [
-        sections.answer_header(diagnosis, curves, warnings, recording, links),
-        *(part for *_, part in parts),
-    ]
-    head = tag(
-        "head",
-        tag("meta", charset="utf-8"),
-        tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
-        tag("meta", name_="color-scheme", content="light dark"),
-        tag("title", f"{recording}: {headline(diagnosis)}"),
-        tag("style", Html(_style_sheet())),
-    )
-    return "<!doctype html>\n" + tag("html", head, "\n", tag("body", tag("main", body)), lang="en") + "\n"
-
-
-def _style_sheet() -> str:
-    return resources.files("trundle.report").joinpath("style.css").read_text(encoding="utf-8")

@@ -4,75 +4,79 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from trundle.report.markup import Child, Html, tag
 from trundle.report.quantity import format_estimate, format_fixed, is_nested
 from trundle.report.series import finite
 
-__all__ = ["format_parameter"]
+__all__ = ["Quantity", "format_parameter"]
 
 _AXES = ("x", "y", "θ")
 
 
-def format_parameter(value: Any) -> Child:
+@dataclass(frozen=True)
+class Quantity:
+    """A formatted parameter, which the macro `quantity` shows.
+
+    Attributes
+    ----------
+    mean, sd
+        Formatted numbers; `sd` may be empty. CSS moves it to a second line on narrow screens.
+    unit
+        Text after the numbers, or below a matrix.
+    rows
+        Rows of a matrix: name and entries.
+    is_identifiable
+        Whether there is a number.
+    """
+
+    mean: str = ""
+    sd: str = ""
+    unit: str = ""
+    rows: tuple[tuple[str, tuple[Quantity, ...]], ...] = ()
+    is_identifiable: bool = True
+
+
+def format_parameter(value: Any) -> Quantity:
     """Format a parameter and its uncertainty; a parameter that is not identifiable has no number."""
     if not isinstance(value, Mapping):
-        return format_estimate(value, None)
+        return Quantity(format_estimate(value, None))
     if value.get("identifiable") is False:
-        return tag("em", "not identifiable")
+        return Quantity(is_identifiable=False)
     mean, sd, unit = value.get("mean"), value.get("sd"), str(value.get("unit") or "")
     if is_nested(mean):
-        return _array_cells(mean, sd, unit)
-    return [*_estimate_parts(format_estimate(mean, sd, unit)), _degrees(mean) if unit == "rad" else None]
+        return _format_array(mean, sd, unit)
+    return _estimate(mean, sd, unit, _degrees(mean) if unit == "rad" else "")
 
 
-def _degrees(mean: object) -> str | None:
+def _degrees(mean: object) -> str:
     angle = finite(mean)
-    return None if angle is None else f" ({format_fixed(math.degrees(angle), 1)}°)"
+    return "" if angle is None else f" ({format_fixed(math.degrees(angle), 1)}°)"
 
 
-def _array_cells(mean: Any, sd: Any, unit: str) -> Child:
-    """Return a vector as a line and a matrix as a table."""
-    spread = sd if is_nested(sd) and len(sd) == len(mean) else [None] * len(mean)
+def _estimate(mean: object, sd: object, unit: str = "", note: str = "") -> Quantity:
+    """Return an estimate; its unit belongs to the last number."""
+    centre, _, spread = format_estimate(mean, sd, unit).partition(" ± ")
+    return Quantity(centre, spread, note)
+
+
+def _format_array(mean: Any, sd: Any, unit: str) -> Quantity:
+    """Return a vector as a line and a matrix as rows, which are named x, y, θ if there are three."""
+    spread = _matching(sd, mean)
     if not any(is_nested(row) for row in mean):
-        return [_line(mean, spread), f" {unit}"]
-    widths = [
-        width if is_nested(width) and len(width) == len(row) else [None] * len(row)
-        for row, width in zip(mean, spread, strict=True)
-    ]
-    return [
-        _matrix(mean, widths),
-        tag("span", f"rows and columns x, y, θ; {_units(mean, unit)}", class_="unit"),
-    ]
-
-
-def _units(mean: Any, unit: str) -> str:
-    """Return the unit, or the units of the blocks of a planar damping matrix."""
-    if len(mean) == 3 and unit in ("", "SI", "N·s/m"):
-        return "N·s/m; in row or column θ N·s; at θ, θ N·m·s"
-    return unit
-
-
-def _line(mean: Sequence[Any], spread: Sequence[Any]) -> str:
-    return ", ".join(format_estimate(entry, width) for entry, width in zip(mean, spread, strict=True))
-
-
-def _estimate_parts(text: str) -> list[Child]:
-    """Split "mean ± sd" so that CSS can move the deviation to a second line on narrow screens."""
-    centre, sign, spread = text.partition(" ± ")
-    return [centre, tag("span", f" ± {spread}", class_="sd") if sign else None]
-
-
-def _matrix(mean: Sequence[Any], spread: Sequence[Any]) -> Html:
-    """Return a matrix as a table; rows are named x, y, θ if there are three."""
+        line = ", ".join(format_estimate(entry, width) for entry, width in zip(mean, spread, strict=True))
+        return Quantity(line, unit=f" {unit}")
     names = _AXES if len(mean) == len(_AXES) else tuple(str(index + 1) for index in range(len(mean)))
-    rows = [
-        tag(
-            "tr",
-            tag("th", name, scope="row"),
-            [tag("td", _estimate_parts(format_estimate(*cell))) for cell in zip(row, width, strict=True)],
-        )
+    rows = tuple(
+        (name, tuple(_estimate(*cell) for cell in zip(row, _matching(width, row), strict=True)))
         for name, row, width in zip(names, mean, spread, strict=True)
-    ]
-    return tag("table", tag("tbody", rows), class_="matrix")
+    )
+    # A planar damping matrix has blocks with different units.
+    planar = len(mean) == len(_AXES) and unit in ("", "SI", "N·s/m")
+    return Quantity(unit="N·s/m; in row or column θ N·s; at θ, θ N·m·s" if planar else unit, rows=rows)
+
+
+def _matching(sd: Any, mean: Sequence[Any]) -> Sequence[Any]:
+    """Return standard deviations, or None for each entry if they do not match `mean`."""
+    return sd if is_nested(sd) and len(sd) == len(mean) else [None] * len(mean)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from trundle.report.series import finite
+import numpy as np
+
+from trundle.report.series import Array, finite
 
 __all__ = [
     "ABSENT",
@@ -14,6 +16,7 @@ __all__ = [
     "format_estimate",
     "format_fixed",
     "format_interval",
+    "format_point",
     "format_quantity",
     "format_significant",
     "is_nested",
@@ -24,6 +27,8 @@ __all__ = [
 ABSENT = "\N{EN DASH}"
 """Text in place of an absent number."""
 
+_MAX_SD_IN_MILLIMETRES = 0.005
+"""Standard deviation, m, up to which points are given in millimetres."""
 _MINUS = "\N{MINUS SIGN}"
 _THIN = "\N{NARROW NO-BREAK SPACE}"
 
@@ -65,6 +70,19 @@ def format_quantity(unit: str, value: object) -> str:
 def format_interval(start: float, end: float) -> str:
     """Format a time interval in s."""
     return f"{format_fixed(start, 2)}\N{EN DASH}{format_fixed(end, 2)}\N{NO-BREAK SPACE}s"
+
+
+def format_point(at: Array, sd: Array | None = None) -> str:
+    """Format a point (2,), m, with the larger standard deviation: `(0.50, −0.30) m ± 1 cm`.
+
+    A coordinate with an infinite standard deviation is a question mark.
+    """
+    known = np.full(2, True) if sd is None else np.isfinite(sd)
+    worst = None if sd is None or not known.any() else float(sd[known].max())
+    places = 2 if worst is None or worst > _MAX_SD_IN_MILLIMETRES else 3
+    texts = [format_fixed(value, places) if seen else "?" for value, seen in zip(at, known, strict=True)]
+    point = f"({', '.join(texts)})\N{NO-BREAK SPACE}m"
+    return f"{point} ± {display_scale('m', worst).text(worst, 1)}" if worst else point
 
 
 def format_significant(value: float, digits: int = 3) -> str:

@@ -1,4 +1,4 @@
-"""Section "Residual": the missing wrench with the named effects, and the one before they were added."""
+"""Data of the section "Residual": the missing wrench with the named effects, and the one without them."""
 
 from __future__ import annotations
 
@@ -7,17 +7,13 @@ from typing import Any
 
 from trundle.report import tables
 from trundle.report.figures import residual as residuals
-from trundle.report.gallery import drawn_note, gallery
-from trundle.report.legend import legend
 from trundle.report.location import locate_effects
-from trundle.report.markup import Html, tag
 from trundle.report.quantity import format_estimate, format_quantity, join_words
-from trundle.report.section import collapsible, section
 from trundle.report.series import Series, finite
 from trundle.report.verdict import is_single
-from trundle.report.wording import format_percent
+from trundle.report.wording import drawn_note, format_percent
 
-__all__ = ["dependence_sentences", "residual_section", "size_sentences"]
+__all__ = ["axis_shares_sentence", "dependence_sentences", "residual_section", "size_sentences"]
 
 _MAX_PANELS = 9
 _TITLES = {
@@ -27,33 +23,27 @@ _TITLES = {
 """Heading by verdict."""
 
 
-def residual_section(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return the section on the missing wrench; the one before the effects were added is collapsed."""
+def residual_section(diagnosis: Mapping[str, Any], series: Series) -> dict[str, Any] | None:
+    """Return the missing wrench, and in `before` the one without the named effects; None if there is none."""
     named = diagnosis.get("verdict") in ("explained", "reparameterised")
     given = diagnosis.get("residual") or {}
     windows = given.get("windows") or ()
     panels = _panels(diagnosis, series, windows, ("after",) if named else ("before", "after"))
-    earlier = _residual_before(diagnosis, series) if named else None
+    before = _residual_before(diagnosis, series) if named else None
     sentences = (
         []
         if diagnosis.get("verdict") == "unexplained"
         else [*size_sentences(given, series), *dependence_sentences(given)]
     )
-    if not (panels or windows or earlier or sentences):
+    if not (panels or windows or before or sentences):
         return None
-    listing = tables.windows(windows)
-    return section(
-        "residual",
-        _TITLES.get(str(diagnosis.get("verdict")), "Missing wrench over time"),
-        tag(
-            "p",
-            "Force and torque that the observed motion requires in addition to the simulation, object axes.",
-        ),
-        tag("ul", [tag("li", sentence) for sentence in sentences]) if sentences else None,
-        panels,
-        collapsible("Table of windows", listing) if listing else None,
-        earlier,
-    )
+    return {
+        "title": _TITLES.get(str(diagnosis.get("verdict")), "Missing wrench over time"),
+        "sentences": sentences,
+        "panels": panels,
+        "windows": tables.windows(windows),
+        "before": before,
+    }
 
 
 def size_sentences(given: Mapping[str, Any], series: Series) -> list[str]:
@@ -83,21 +73,21 @@ def _period_sentence(entry: Mapping[str, Any]) -> str:
     return f"It is periodic in the {of}: period {text}, amplitude {amplitude}."
 
 
-def _residual_before(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return the missing wrench of the simulation without the effects, collapsed."""
+def _residual_before(diagnosis: Mapping[str, Any], series: Series) -> dict[str, Any] | None:
+    """Return the missing wrench of the simulation without the effects; None if there is none."""
     mismatch = diagnosis.get("mismatch") or {}
     windows = mismatch.get("windows") or ()
-    panels, listing = _panels(diagnosis, series, windows, ("before",)), tables.windows(windows)
-    if not (panels or listing):
+    panels = _panels(diagnosis, series, windows, ("before",))
+    if not (panels or windows):
         return None
-    return collapsible(
-        "Before: missing wrench of the simulation as given"
-        if diagnosis.get("verdict") == "reparameterised"
-        else "Before: missing wrench of the refitted simulation without these effects",
-        tag("p", axis_shares_sentence(mismatch, series)),
-        panels,
-        listing,
-    )
+    refitted = diagnosis.get("verdict") != "reparameterised"
+    simulation = "refitted simulation without these effects" if refitted else "simulation as given"
+    return {
+        "title": f"Before: missing wrench of the {simulation}",
+        "shares": axis_shares_sentence(mismatch, series),
+        "panels": panels,
+        "windows": tables.windows(windows),
+    }
 
 
 def axis_shares_sentence(mismatch: Mapping[str, Any], series: Series) -> str:
@@ -112,19 +102,19 @@ def axis_shares_sentence(mismatch: Mapping[str, Any], series: Series) -> str:
 
 def _panels(
     diagnosis: Mapping[str, Any], series: Series, windows: Sequence[Mapping[str, Any]], sides: Sequence[str]
-) -> Html | None:
+) -> dict[str, Any] | None:
+    """Return figures, legend and note of the missing wrench; None without a figure."""
     named = locate_effects(diagnosis.get("missing") or ())
-    single = is_single(diagnosis, series.unnamed)
-    episodes = residuals.select_episodes(series, windows, _MAX_PANELS, sides)
+    episodes = residuals.select_episodes(series, windows, sides)
     figures = [
         residuals.draw(f"{sides[0]}-{index}", episode, episode.residual, series, windows, named, sides)
-        for index, episode in enumerate(episodes)
+        for index, episode in enumerate(episodes[:_MAX_PANELS])
         if episode.residual is not None
     ]
     if not figures:
         return None
-    total = len(residuals.select_episodes(series, windows, len(series.episodes), sides))
     entries = [("band", "noise (two standard deviations)")]
     entries += [("window", "windows that exceed the noise")] if windows else []
-    entries += [] if single or len(sides) < 2 else [("before whole", "before"), ("after whole", "after")]
-    return tag("div", tag("p", drawn_note(len(figures), total)), legend(*entries), gallery(figures))
+    single = is_single(diagnosis, series.discrepancy_inputs) or len(sides) < 2
+    entries += [] if single else [("before whole", "before"), ("after whole", "after")]
+    return {"figures": figures, "legend": entries, "note": drawn_note(len(figures), len(episodes))}

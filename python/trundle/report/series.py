@@ -57,7 +57,7 @@ class Episode:
 class Series:
     """The curves of a diagnosis. Footprint polygons and support points are (k, 2), object frame, in m.
 
-    `unnamed` describes the inputs of the model discrepancy, if the model "after" contains one.
+    `discrepancy_inputs` describes the inputs of the model discrepancy, if the model "after" contains one.
     """
 
     footprint: tuple[Array, ...]
@@ -65,7 +65,7 @@ class Series:
     dof: tuple[str, ...]
     quasi_static: bool
     episodes: tuple[Episode, ...]
-    unnamed: tuple[str, ...] = ()
+    discrepancy_inputs: tuple[str, ...] = ()
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -100,7 +100,7 @@ class Series:
             dof=tuple(given.get("dof") or ("x", "y", "theta")),
             quasi_static=bool(given.get("quasi_static")),
             episodes=tuple(_episode(episode, single) for episode in given.get("episodes") or ()),
-            unnamed=tuple(str(text) for text in given.get("unnamed") or ()),
+            discrepancy_inputs=tuple(str(text) for text in given.get("unnamed") or ()),
         )
 
 

@@ -1,4 +1,4 @@
-"""Tables of error metrics, parameters, candidates and windows."""
+"""Rows of the tables of error metrics, parameters, candidates, windows and immaterial effects."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from trundle.report import wording
-from trundle.report.markup import Child, Html, tag
-from trundle.report.parameter import format_parameter
+from trundle.report.parameter import Quantity, format_parameter
 from trundle.report.quantity import ABSENT, display_scale, format_interval, format_significant, key_to_words
 from trundle.report.series import Series, finite
 from trundle.report.verdict import before_after
 
 __all__ = [
-    "candidate_rows",
-    "candidate_table",
+    "candidates",
     "effect_parameters",
+    "immaterial_effects",
     "metrics",
     "nominal_parameters",
-    "table",
     "windows",
 ]
+
+Row = dict[str, Any]
 
 _METRICS = (
     ("position_rmse", "position, whole episodes (RMS)", "m"),
@@ -39,17 +39,10 @@ _METRICS = (
 _SIDES = ("before", "after")
 
 
-def table(head: Sequence[Child], rows: Sequence[Sequence[Child]], style: str = "") -> Html:
-    """Return a table whose first column is the header of each row."""
-    top = tag("thead", tag("tr", [tag("th", cell, scope="col") if cell else tag("td") for cell in head]))
-    body = [tag("tr", tag("th", row[0], scope="row"), [tag("td", cell) for cell in row[1:]]) for row in rows]
-    return tag("div", tag("table", top, tag("tbody", body), class_=style or None), class_="wide")
-
-
 def metrics(
     scores: Mapping[str, Any], series: Series, single: bool = False, without: str | None = None
-) -> Html:
-    """Return a table of error metrics; an absent metric is a dash with a note on the reason.
+) -> Row:
+    """Return columns, rows and notes of the error metrics; an absent metric has a note on the reason.
 
     Parameters
     ----------
@@ -63,7 +56,7 @@ def metrics(
         Key of a metric to omit.
     """
     sides = _SIDES[:1] if single else _SIDES
-    rows: list[list[Child]] = []
+    rows = []
     reasons: list[str] = []
     for key, name, unit in _METRICS:
         if key == without:
@@ -71,30 +64,19 @@ def metrics(
         values = before_after(scores, key)[: len(sides)]
         scale = display_scale(unit, *values)
         marks = [
-            _mark(_reason(key, side, series), reasons) if value is None else None
+            "" if value is not None else _mark(_reason(key, side, series), reasons)
             for side, value in zip(sides, values, strict=True)
         ]
-        rows.append(
-            [
-                name,
-                *(
-                    [scale.text(value, None if unit else 4), mark]
-                    for value, mark in zip(values, marks, strict=True)
-                ),
-            ]
-        )
-    notes = [tag("li", tag("sup", _letter(index)), f" {reason}") for index, reason in enumerate(reasons)]
-    return tag(
-        "div",
-        table(("", *(("simulation",) if single else sides)), rows, "figures"),
-        tag("ul", notes, class_="notes") if notes else None,
-    )
+        texts = [scale.text(value, None if unit else 4) for value in values]
+        rows.append((name, list(zip(texts, marks, strict=True))))
+    notes = [(_letter(index), reason) for index, reason in enumerate(reasons)]
+    return {"columns": ["simulation"] if single else list(sides), "rows": rows, "notes": notes}
 
 
-def _mark(reason: str, reasons: list[str]) -> Html:
+def _mark(reason: str, reasons: list[str]) -> str:
     if reason not in reasons:
         reasons.append(reason)
-    return tag("sup", _letter(reasons.index(reason)))
+    return _letter(reasons.index(reason))
 
 
 def _letter(index: int) -> str:
@@ -117,8 +99,8 @@ def _reason(key: str, side: str, series: Series) -> str:
     return "no effect was added" if side == "after" else "this recording does not determine it"
 
 
-def nominal_parameters(given: Mapping[str, Any]) -> Html | None:
-    """Return the parameters of the simulation under test: given, and refitted before and after."""
+def nominal_parameters(given: Mapping[str, Any]) -> Row | None:
+    """Return head and rows of the parameters under test: given, and refitted before and after."""
     columns = {side: given.get(side) or {} for side in ("given", *_SIDES)}
     if columns["after"] == columns["before"]:
         columns["after"] = {}
@@ -126,67 +108,62 @@ def nominal_parameters(given: Mapping[str, Any]) -> Html | None:
     names = list(dict.fromkeys(name for side in (*_SIDES, "given") for name in columns[side]))
     if not names:
         return None
-    rows = [
-        [tag("code", name), *(format_parameter(columns[side].get(name)) for side in shown)] for name in names
-    ]
-    heads = ("refitted" if side == "before" and not columns["after"] else side for side in shown)
-    return table(("", *heads), rows, "stacked")
+    heads = ["refitted" if side == "before" and not columns["after"] else side for side in shown]
+    rows = [(name, [format_parameter(columns[side].get(name)) for side in shown]) for name in names]
+    return {"head": ["", *heads], "rows": rows}
 
 
-def effect_parameters(given: Mapping[str, Any]) -> Html | None:
-    """Return the table of an effect's parameters; None if it has none."""
-    rows = [[key_to_words(name), format_parameter(value)] for name, value in given.items()]
-    return table(("", "value"), rows, "parameters") if rows else None
+def effect_parameters(given: Mapping[str, Any]) -> list[tuple[str, list[Quantity]]]:
+    """Return a row for each parameter of an effect."""
+    return [(key_to_words(name), [format_parameter(value)]) for name, value in given.items()]
 
 
-def candidate_rows(ranking: Sequence[Mapping[str, Any]]) -> list[list[Child]]:
+def candidates(ranking: Sequence[Mapping[str, Any]]) -> list[Row]:
     """Return a row for each candidate, with its log evidence relative to the best."""
     evidence = [value for entry in ranking if (value := finite(entry.get("log_evidence"))) is not None]
     best = max(evidence, default=0.0)
-    titles = [_title(entry) for entry in ranking]
-    repeated = [title in titles[:index] for index, title in enumerate(titles)]
+    effects = [wording.effect_names(entry.get("effects") or ()) for entry in ranking]
     return [
-        [[title, " (another form)" if is_repeated else None], *_candidate(entry, best)]
-        for title, is_repeated, entry in zip(titles, repeated, ranking, strict=True)
+        {"effects": names, "is_repeated": names in effects[:index], **_candidate(entry, best)}
+        for index, (names, entry) in enumerate(zip(effects, ranking, strict=True))
     ]
 
 
-def candidate_table(rows: Sequence[Sequence[Child]]) -> Html:
-    """Return a table of rows of `candidate_rows`."""
-    head = ("added to the simulation", "log evidence", "log score", "reason not named")
-    columns = len(head) if any(row[-1] is not None for row in rows) else len(head) - 1
-    return table(head[:columns], [row[:columns] for row in rows], "tried")
-
-
-def _title(entry: Mapping[str, Any]) -> Child:
-    names = entry.get("effects") or ()
-    return wording.effect_names(names) if names else tag("em", "none (as given)")
-
-
-def _candidate(entry: Mapping[str, Any], best: float) -> list[Child]:
+def _candidate(entry: Mapping[str, Any], best: float) -> Row:
     evidence, score = finite(entry.get("log_evidence")), finite(entry.get("log_score"))
     behind = (
         ABSENT if evidence is None else "best" if evidence == best else format_significant(evidence - best)
     )
-    reason = tag("span", str(entry["reason"]), class_="prose") if entry.get("reason") else None
-    return [behind, ABSENT if score is None else format_significant(score, 4), reason]
+    return {
+        "evidence": behind,
+        "score": ABSENT if score is None else format_significant(score, 4),
+        "reason": str(entry.get("reason") or ""),
+    }
 
 
-def windows(given: Sequence[Mapping[str, Any]]) -> Html | None:
-    """Return the table of windows that noise does not explain; None if there are none."""
-    rows: list[list[Child]] = []
+def windows(given: Sequence[Mapping[str, Any]]) -> list[Row]:
+    """Return a row for each window that noise does not explain."""
+    rows = []
     for window in given:
         start, end, strength = (finite(window.get(key)) for key in ("start", "end", "strength"))
-        span = ABSENT if start is None or end is None else format_interval(start, end)
         rows.append(
-            [
-                str(window.get("episode")),
-                span,
-                ABSENT if strength is None else ["10", _superscript(-strength)],
-            ]
+            {
+                "episode": str(window.get("episode")),
+                "time": ABSENT if start is None or end is None else format_interval(start, end),
+                "exponent": "" if strength is None else f"{-strength:.0f}".replace("-", "\N{MINUS SIGN}"),
+            }
         )
-    return table(("episode", "time", "probability under noise alone"), rows) if rows else None
+    return rows
 
 
-def _superscript(exponent: float) -> Html:
-    return tag("sup", f"{exponent:.0f}".replace("-", "\N{MINUS SIGN}"))
+def immaterial_effects(diagnosis: Mapping[str, Any]) -> list[Row]:
+    """Return a row for each effect that the data show but that barely improves predictions."""
+    return [
+        {
+            "name": wording.capitalise(wording.effect_name(effect.get("effect"))),
+            "statement": wording.typeset(effect.get("statement") or ""),
+            "probability": wording.format_share(effect.get("probability")) or ABSENT,
+        }
+        for effect in diagnosis.get("immaterial") or ()
+        if isinstance(effect, Mapping)
+    ]

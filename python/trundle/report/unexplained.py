@@ -1,4 +1,4 @@
-"""Section "Known symptoms" of an unexplained recording, and which recording to make next."""
+"""Known symptoms of an unexplained recording, and which recording to make next."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from trundle.report.location import describe_region, finite_pair, polygon
-from trundle.report.markup import Html, tag
-from trundle.report.quantity import format_fixed, format_interval, join_words
+from trundle.report.quantity import format_interval, format_point, join_words
 from trundle.report.residual import axis_shares_sentence, dependence_sentences, size_sentences
-from trundle.report.section import section
 from trundle.report.series import Series, finite
 
-__all__ = ["unexplained_section"]
+__all__ = ["symptoms"]
 
 _NEXT_RECORDINGS = (
     (
@@ -58,11 +56,11 @@ _DEFAULT_RECORDING = (
 )
 
 
-def unexplained_section(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return the symptoms of an unexplained recording and the next one to make; None for other verdicts."""
+def symptoms(diagnosis: Mapping[str, Any], series: Series) -> list[tuple[str, str]]:
+    """Return the symptoms and the next recording, as terms and descriptions; none for other verdicts."""
     if diagnosis.get("verdict") != "unexplained":
-        return None
-    mismatch, left = diagnosis.get("mismatch") or {}, diagnosis.get("residual") or {}
+        return []
+    mismatch, residual = diagnosis.get("mismatch") or {}, diagnosis.get("residual") or {}
     rows = [
         (
             "where",
@@ -74,29 +72,24 @@ def unexplained_section(diagnosis: Mapping[str, Any], series: Series) -> Html | 
             "size",
             " ".join(
                 part
-                for part in (*size_sentences(left, series), axis_shares_sentence(mismatch, series))
+                for part in (*size_sentences(residual, series), axis_shares_sentence(mismatch, series))
                 if part
             ),
         ),
         (
             "depends on",
-            " ".join(_dependence_sentences(mismatch, left, series)) or "No dependence was found.",
+            " ".join(_dependence_sentences(mismatch, residual, series)) or "No dependence was found.",
         ),
         ("record next", _next_recording(str(mismatch.get("regime") or ""))),
     ]
-    return section(
-        "missing",
-        "Known symptoms",
-        tag("dl", [[tag("dt", name), tag("dd", text)] for name, text in rows if text]),
-    )
+    return [(name, text) for name, text in rows if text]
 
 
 def _location_sentences(mismatch: Mapping[str, Any]) -> list[str]:
     point, corners = finite_pair(mismatch.get("body_point")), polygon(mismatch.get("world_region"))
     found = []
     if point is not None:
-        coordinates = ", ".join(format_fixed(value, 2) for value in point)
-        found.append(f"It acts near ({coordinates})\N{NO-BREAK SPACE}m on the object.")
+        found.append(f"It acts near {format_point(point)} on the object.")
     if corners is not None:
         found.append(f"It acts in {describe_region(corners)} on the floor.")
     return found
@@ -114,12 +107,15 @@ def _strongest_window(mismatch: Mapping[str, Any]) -> str:
     return f"It is strongest in {worst.get('episode')} at {format_interval(worst['start'], worst['end'])}."
 
 
-def _dependence_sentences(mismatch: Mapping[str, Any], left: Mapping[str, Any], series: Series) -> list[str]:
+def _dependence_sentences(
+    mismatch: Mapping[str, Any], residual: Mapping[str, Any], series: Series
+) -> list[str]:
     found = dependence_sentences(
-        {"regime": left.get("regime") or mismatch.get("regime"), "periods": left.get("periods")}
+        {"regime": residual.get("regime") or mismatch.get("regime"), "periods": residual.get("periods")}
     )
-    if series.unnamed:
-        found.append(f"A force learned from the training data depends on {join_words(list(series.unnamed))}.")
+    if series.discrepancy_inputs:
+        inputs = join_words(list(series.discrepancy_inputs))
+        found.append(f"A force learned from the training data depends on {inputs}.")
     return found
 
 

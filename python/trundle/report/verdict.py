@@ -74,9 +74,9 @@ def _statements(effects: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def is_single(diagnosis: Mapping[str, Any], unnamed: object) -> bool:
+def is_single(diagnosis: Mapping[str, Any], discrepancy_inputs: object) -> bool:
     """Return whether the report shows one simulation: no effect was added and nothing was refitted."""
-    if diagnosis.get("verdict") == "unexplained" and not unnamed:
+    if diagnosis.get("verdict") == "unexplained" and not discrepancy_inputs:
         fit = diagnosis.get("fit") or {}
         pairs = [side for side in (fit.get("held_out"), fit.get("training")) if side]
         return all(not side.get("after") or side.get("after") == side.get("before") for side in pairs)
@@ -86,7 +86,7 @@ def is_single(diagnosis: Mapping[str, Any], unnamed: object) -> bool:
 def headline_metric(diagnosis: Mapping[str, Any], series: Series) -> str | None:
     """Return the key of the metric that `improvement_sentence` quotes; None if there is none."""
     scores = verdict_scores(diagnosis)[1]
-    keys = (key for key, *_ in (_HEADLINE_METRICS_AHEAD if series.unnamed else _HEADLINE_METRICS))
+    keys = (key for key, *_ in (_HEADLINE_METRICS_AHEAD if series.discrepancy_inputs else _HEADLINE_METRICS))
     return next((key for key in keys if before_after(scores, key) != (None, None)), None)
 
 
@@ -94,7 +94,7 @@ def improvement_sentence(diagnosis: Mapping[str, Any], series: Series) -> str:
     """Return a sentence on the error of the simulation on held-out data, before and after."""
     name, scores = verdict_scores(diagnosis)
     on = f"On {name} {series.pushes}"
-    for key, unit, name in _HEADLINE_METRICS_AHEAD if series.unnamed else _HEADLINE_METRICS:
+    for key, unit, name in _HEADLINE_METRICS_AHEAD if series.discrepancy_inputs else _HEADLINE_METRICS:
         before, after = before_after(scores, key)
         if before is None and after is None:
             continue
@@ -122,17 +122,17 @@ def verdict_scores(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]
 
 
 def _cause_phrase(diagnosis: Mapping[str, Any], series: Series) -> str:
-    if is_single(diagnosis, series.unnamed):
+    if is_single(diagnosis, series.discrepancy_inputs):
         return ""
     added = "this effect" if len(diagnosis.get("missing") or ()) == 1 else "these effects"
     known = " with the best effects of the catalogue, which is not enough"
-    inputs = join_words(list(series.unnamed))
-    unnamed = f" with a force that is learned from the training data and depends on {inputs}"
-    unnamed += "; this force improves predictions but is not an explanation"
+    inputs = join_words(list(series.discrepancy_inputs))
+    learned = f" with a force that is learned from the training data and depends on {inputs}"
+    learned += "; this force improves predictions but is not an explanation"
     return {
         "explained": f" with {added}",
         "reparameterised": " with refitted values",
-        "unexplained": unnamed if series.unnamed else known,
+        "unexplained": learned if series.discrepancy_inputs else known,
     }.get(str(diagnosis.get("verdict")), "")
 
 

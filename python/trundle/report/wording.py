@@ -12,10 +12,12 @@ from trundle.report.series import finite
 __all__ = [
     "INSTRUMENT_EFFECTS",
     "capitalise",
+    "drawn_note",
     "effect_name",
     "effect_names",
     "effect_sets",
     "format_percent",
+    "format_share",
     "probability_of",
     "typeset",
 ]
@@ -93,11 +95,22 @@ def capitalise(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}"
 
 
+def drawn_note(shown: int, total: int) -> str:
+    """Return a note on how many episodes are drawn; an empty string if all are."""
+    return "" if shown == total else f"{shown} of {total} episodes are shown."
+
+
 def format_percent(share: float) -> str:
     """Format a share in per cent, clipped to "> 99 %" and "< 1 %"."""
     if share > 0.99:
         return "> 99 %"
     return "< 1 %" if share < 0.01 else f"{100.0 * share:.0f} %"
+
+
+def format_share(value: object) -> str:
+    """Format a share in per cent; an absent one is an empty string."""
+    share = finite(value)
+    return "" if share is None else format_percent(share)
 
 
 def probability_of(entry: Mapping[str, Any]) -> float | None:

@@ -42,11 +42,10 @@ def test_the_data_of_the_slider_cover_every_sample() -> None:
     found = episode(friction=True)
     data = json.loads(page("friction").split('<script type="application/json">')[1].split("</script>")[0])
     length = len(found.t)
-    assert {name: len(data[name]) for name in ("poses", "way", "force", "said")} == dict.fromkeys(
-        ("poses", "way", "force", "said"), length
-    )
-    assert [start for start, _ in data["beliefs"]] == [0, *(10 * (k + 1) for k in range(len(found.updates)))]
-    assert data["beliefs"][0][1] == "" and "ellipse" in data["beliefs"][1][1]
+    assert [len(data[name]) for name in ("poses", "forces", "texts")] == [length] * 3
+    starts = [start for start, _ in data["estimates"]]
+    assert starts == [0, *(10 * (k + 1) for k in range(len(found.updates)))]
+    assert data["estimates"][0][1] == "" and "ellipse" in data["estimates"][1][1]
 
 
 def test_named_effects_are_in_the_table_with_their_truth() -> None:

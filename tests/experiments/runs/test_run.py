@@ -13,7 +13,7 @@ import pytest
 import trundle
 from tests.command import interruptible
 from trundle.cli import main
-from trundle.experiments.runs.folder import Folder
+from trundle.experiments.runs import run_closed_loop
 
 CONFIG = """format = "trundle-run/1"
 environment = "trundle/PushAround-v0"
@@ -163,8 +163,8 @@ def test_an_unrelated_folder_is_not_changed(tmp_path: Path, capsys: pytest.Captu
 
 
 def test_a_damaged_history_is_named(tmp_path: Path) -> None:
-    folder = Folder(tmp_path / "run", {})
-    folder.episode(0).mkdir()
-    (folder.episode(0) / "history.json").write_text("{", encoding="utf-8")
+    config, out = written(tmp_path), tmp_path / "out"
+    assert run(config, out, "--quiet") == 0
+    (out / "episode_00" / "history.json").write_text("{", encoding="utf-8")
     with pytest.raises(trundle.TrundleError, match=r"history\.json: is damaged"):
-        folder.history(0)
+        run_closed_loop(config, out, quiet=True)

@@ -28,6 +28,6 @@ def run(args: argparse.Namespace) -> int:
     """Play what has not been played yet, and say how it ended."""
     from trundle.experiments.runs import run_closed_loop
 
-    page = run_closed_loop(args.config, args.out, quiet=args.quiet, tell=print)
+    page = run_closed_loop(args.config, args.out, quiet=args.quiet, report=print)
     print(f"{page}: open it in a browser")
     return 0

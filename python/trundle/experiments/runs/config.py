@@ -52,31 +52,25 @@ class Settings(File):
     text: str = ""
     folder: Path = Path()
 
+    @property
+    def model(self) -> trundle.Model | None:
+        """The agent's initial model; None for the default one."""
+        return trundle.Model.read(self.folder / self.agent["model"]) if "model" in self.agent else None
+
     def begin(self, number: int) -> tuple[gym.Env[Any, Any], trundle.AdaptiveAgent]:
         """Return the environment and the agent of an episode; `play` resets it with `seed + number`."""
-        env = self._environment()
-        model = None if self.model is None else trundle.Model.read(self.model)
-        chosen = {name: value for name, value in self.agent.items() if name != "model"}
+        where = f"[arguments] of {self.environment}"
         try:
-            return env, trundle.AdaptiveAgent(env, model=model, **chosen)
+            env = gym.make(self.environment, **self.arguments)
+            where = "[agent]"
+            return env, trundle.AdaptiveAgent(env, **{**self.agent, "model": self.model})
         except TypeError as error:
-            raise TrundleError(f"[agent]: {error}") from None
-
-    def _environment(self) -> gym.Env[Any, Any]:
-        try:
-            return gym.make(self.environment, **self.arguments)
-        except TypeError as error:
-            raise TrundleError(f"[arguments] of {self.environment}: {error}") from None
-
-    @property
-    def model(self) -> Path | None:
-        """File of the agent's initial model; None for the default one."""
-        return self.folder / self.agent["model"] if "model" in self.agent else None
+            raise TrundleError(f"{where}: {error}") from None
 
     def plain(self) -> dict[str, Any]:
         """Return everything that the result depends on, as plain values."""
         kept = {one.name: getattr(self, one.name) for one in fields(File)}
-        model = None if self.model is None else trundle.Model.read(self.model).to_toml()
+        model = None if self.model is None else self.model.to_toml()
         return {**kept, "model": model, "version": trundle.__version__}
 
 
@@ -90,10 +84,9 @@ def read(path: Path) -> Settings:
         arguments.
     """
     file = build_settings(path, File, parse_format(path, FORMAT))
-    if file.environment not in supported_environments():
-        raise TrundleError(
-            f"{path}: environment = {file.environment!r}: choose {', '.join(supported_environments())}"
-        )
+    supported = [f"trundle/{task.__name__}-v0" for task in trundle.envs.FLAT]
+    if file.environment not in supported:
+        raise TrundleError(f"{path}: environment = {file.environment!r}: choose {', '.join(supported)}")
     if file.seed < 0:
         raise TrundleError(f"{path}: seed = {file.seed}: give an integer of at least 0")
     if file.episodes < 1:
@@ -101,23 +94,14 @@ def read(path: Path) -> Settings:
     check_horizon(path, file.arguments, "arguments")
     check_argument_types(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
+    # The agent decides once without rendering, so that errors appear before anything is written.
+    env = None
     try:
-        check_agent(settings)
+        env, agent = replace(settings, arguments={**settings.arguments, "render_mode": None}).begin(0)
+        agent.predict(env.reset(seed=settings.seed)[0], episode_start=True)
     except TrundleError as error:
         raise TrundleError(f"{path}: {error}") from None
-    return settings
-
-
-def check_agent(settings: Settings) -> None:
-    """Let the agent decide once without rendering, so that errors appear before anything is written."""
-    arguments = {**settings.arguments, "render_mode": None}
-    env, agent = replace(settings, arguments=arguments).begin(0)
-    try:
-        agent.predict(env.reset(seed=settings.seed)[0], episode_start=True)
     finally:
-        env.close()
-
-
-def supported_environments() -> list[str]:
-    """Return the environments with array observations."""
-    return [f"trundle/{task.__name__}-v0" for task in trundle.envs.FLAT]
+        if env is not None:
+            env.close()
+    return settings

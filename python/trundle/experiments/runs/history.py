@@ -1,9 +1,9 @@
-"""Read the history of an episode: the motion, the belief after each fit, and the truth."""
+"""The history of an episode as arrays: the motion, the belief after each fit, and the true model."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -15,42 +15,32 @@ from trundle.picture import outlines
 from trundle.report import wording
 from trundle.report.series import Array, finite
 
-__all__ = [
-    "Effect",
-    "Episode",
-    "Estimate",
-    "Update",
-    "Wheel",
-    "named_effects",
-    "parse_history",
-    "parse_update",
-    "select_stages",
-    "supposed_effects",
-    "wheels",
-]
+__all__ = ["Effect", "Episode", "Update", "Wheel", "parse_history", "parse_update", "select_stages"]
 
 WHEEL = "viscous_wheel"
 
 
 @dataclass(frozen=True)
 class Wheel:
-    """A wheel: position m, direction of least drag rad, least and greatest drag N s/m."""
+    """A wheel: position m, direction of least drag rad, least and greatest drag N s/m.
+
+    `parameters` maps these names to the law's parameters, because the least drag may be along either axis.
+    """
 
     at: Array
     angle: float
     least: float
     most: float
-    swapped: bool
-    """Whether the least drag is the law's `mu_y`, across the law's rolling direction."""
+    parameters: Mapping[str, str]
 
     @classmethod
     def of(cls, effect: Mapping[str, Any]) -> Wheel:
-        """Return the wheel of an effect, normalised so that the first drag is the least."""
-        along, across, angle = (float(effect[name]) for name in ("mu_x", "mu_y", "angle"))
-        swapped = across < along
-        angle = angle + math.pi / 2 if swapped else angle
-        least, most = min(along, across), max(along, across)
-        return cls(np.array([effect["x"], effect["y"]], dtype=float), angle, least, most, swapped)
+        """Return the wheel of an effect."""
+        least, most = sorted(("mu_x", "mu_y"), key=lambda name: float(effect[name]))
+        angle = float(effect["angle"]) + (math.pi / 2 if least == "mu_y" else 0.0)
+        at = np.array([effect["x"], effect["y"]], dtype=float)
+        parameters = {"least": least, "most": most, "angle": "angle"}
+        return cls(at, angle, float(effect[least]), float(effect[most]), parameters)
 
 
 @dataclass(frozen=True)
@@ -63,61 +53,57 @@ class Effect:
     @classmethod
     def of(cls, effect: Mapping[str, Any]) -> Effect:
         """Return an effect of a model's tables."""
-        name, placed = effect_names()[effect["kind"]]
+        law = laws()[effect["kind"]]
+        placed = any(
+            each["name"] == "x" and each["prior"]["distribution"] == "on_body" for each in law["parameters"]
+        )
         at = np.array([effect["x"], effect["y"]], dtype=float) if placed else None
-        return cls("a wheel" if effect["kind"] == WHEEL else wording.effect_name(name), at)
+        return cls("a wheel" if effect["kind"] == WHEEL else wording.effect_name(law["effect"]), at)
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """An estimated number with its standard deviation; None if it is not identifiable."""
-
-    name: str
-    mean: float | None
-    sd: float | None
-    unit: str
+@cache
+def laws() -> dict[str, Any]:
+    """Return the catalogue by kind."""
+    return {law["kind"]: law for law in trundle.effects()}
 
 
 @dataclass(frozen=True)
 class Update:
     """The belief from `time` s on.
 
-    `wheel_covariance` is the covariance (2, 2) m² of the wheel's position, infinite along unknown axes; None
-    if the agent's model has no uncertainty.
+    Attributes
+    ----------
+    wheel_covariance
+        Covariance (2, 2) m² of the wheel's position, infinite along unknown axes; None if the agent's model
+        has no uncertainty.
+    estimates
+        Mean, sd and unit by parameter, and for the wheel also by the names `least`, `most` and `angle`. Mean
+        and sd are None if the parameter is not identifiable.
+    named, supposed
+        Effects that a diagnosis added to the model, and those that the agent added without one.
     """
 
     time: float
     wheel: Wheel | None
     wheel_covariance: Array | None
-    estimates: tuple[Estimate, ...]
+    estimates: Mapping[str, Mapping[str, Any]]
     other_effects: tuple[Effect, ...]
     named: tuple[str, ...]
     supposed: tuple[str, ...]
     regrasp: Array | None
 
-    def value(self, name: str) -> Estimate | None:
-        """Return an estimate by name; the wheel's drag by size: `least`, `most`, `angle`."""
-        law = self._law(name)
-        found = next((each for each in self.estimates if each.name == law), None)
-        if found is None or name == law or found.mean is None or self.wheel is None:
-            return found
-        return Estimate(name, float(getattr(self.wheel, name)), found.sd, found.unit)
-
-    def _law(self, name: str) -> str:
-        """Return the law's parameter for a name by size."""
-        if self.wheel is None or name not in ("least", "most", "angle"):
-            return name
-        own = {"least": "mu_x", "most": "mu_y", "angle": "angle"}
-        if self.wheel.swapped:
-            own = {"least": "mu_y", "most": "mu_x", "angle": "angle"}
-        return f"{WHEEL}.{own[name]}"
+    @property
+    def wheel_sd(self) -> Array | None:
+        """The standard deviation (2,) of the wheel's position, m."""
+        return None if self.wheel_covariance is None else np.sqrt(np.diag(self.wheel_covariance))
 
 
 @dataclass(frozen=True)
 class Episode:
-    """One episode: times (n,) s, the first 0; poses and goals (n, 3), wrenches (n, 3), grasps (n, 2).
+    """One episode: times (n,) s, the first 0; poses and wrenches (n, 3), grasps (n, 2); the goal (3,).
 
     Wrench, distance (n,) m and heading error (n,) rad are those at the end of each action; the first are NaN.
+    `wheel` is the true wheel of greatest drag, and `hidden` are the hidden effects other than wheels.
     """
 
     seed: int
@@ -133,36 +119,23 @@ class Episode:
     support: Array
     obstacles: tuple[Array, ...]
     truth: Mapping[str, Any]
+    wheel: Wheel | None
+    hidden: tuple[Effect, ...]
     outcome: Mapping[str, Any]
 
-    @property
-    def wheel(self) -> Wheel | None:
-        """The true wheel of greatest drag; None without a wheel."""
-        return max(wheels(self.truth), key=lambda wheel: wheel.least + wheel.most, default=None)
-
-    @property
-    def hidden(self) -> tuple[Effect, ...]:
-        """The hidden effects other than wheels."""
-        return tuple(Effect.of(each) for each in self.truth.get("effect", ()) if each["kind"] != WHEEL)
-
-    @property
-    def last(self) -> Update | None:
-        """The last belief; None without a fit."""
-        return self.updates[-1] if self.updates else None
-
-    def true_value(self, held: str) -> float | None:
-        """Return the true value for a name of `Update.value`; None if there is none."""
-        if held in ("least", "most", "angle"):
-            return None if self.wheel is None else float(getattr(self.wheel, held))
-        kind, _, name = held.rpartition(".")
+    def true_value(self, name: str) -> float | None:
+        """Return the true value of an estimate; None if there is none."""
+        if name in ("least", "most", "angle"):
+            return None if self.wheel is None else float(getattr(self.wheel, name))
+        kind, _, parameter = name.rpartition(".")
         if kind == "body":
-            return finite(self.truth["body"].get(name))
-        if kind == WHEEL and name in ("x", "y") and self.wheel is not None:
-            return float(self.wheel.at["xy".index(name)])
+            return finite(self.truth["body"].get(parameter))
+        if kind == WHEEL and parameter in ("x", "y") and self.wheel is not None:
+            return float(self.wheel.at["xy".index(parameter)])
         same = [effect for effect in self.truth.get("effect", ()) if effect["kind"] == kind]
-        return finite(same[0].get(name)) if len(same) == 1 else None
+        return finite(same[0].get(parameter)) if len(same) == 1 else None
 
-    def off(self, update: Update) -> float | None:
+    def wheel_error(self, update: Update) -> float | None:
         """Return the error of the estimated wheel's position, m."""
         if update.wheel is None or self.wheel is None:
             return None
@@ -171,77 +144,45 @@ class Episode:
 
 def parse_history(history: Mapping[str, Any]) -> Episode:
     """Return a history as arrays."""
-    steps: Sequence[Mapping[str, Any]] = history["steps"]
-    rows = [history["first"], *steps]
-
-    def column(name: str) -> Array:
-        return np.array([[math.nan if v is None else v for v in row[name]] for row in rows], dtype=float)
-
-    def after(name: str) -> Array:
-        return np.array([math.nan, *(row[name] for row in steps)], dtype=float)
-
-    thing = history["object"]
-    obstacles = history["scene"].get("obstacle", ())
+    rows = [{"t": 0.0, **history["first"]}, *history["steps"]]
+    names = ("t", "pose", "wrench", "grasp", "distance", "heading_error")
+    described, truth = history["object"], history["truth"]
+    wheels = [Wheel.of(effect) for effect in truth.get("effect", ()) if effect["kind"] == WHEEL]
     return Episode(
         seed=history["seed"],
-        t=np.array([0.0, *(row["t"] for row in steps)]),
-        pose=column("pose"),
-        goal=column("goal"),
-        wrench=column("wrench"),
-        grasp=column("grasp"),
-        distance=after("distance"),
-        heading_error=after("heading_error"),
+        **{name: np.array([row.get(name) for row in rows], dtype=float) for name in names},
+        goal=np.array(rows[-1]["goal"], dtype=float),
         updates=tuple(parse_update(each) for each in history["updates"]),
-        outline=tuple(outlines(thing)),
-        support=np.array(thing.get("support") or np.empty((0, 2)), dtype=float).reshape(-1, 2),
-        obstacles=tuple(np.array(each["polygon"], dtype=float) for each in obstacles),
-        truth=history["truth"],
+        outline=tuple(outlines(described)),
+        support=np.array(described.get("support") or (), dtype=float).reshape(-1, 2),
+        obstacles=tuple(np.array(each["polygon"], float) for each in history["scene"].get("obstacle", ())),
+        truth=truth,
+        wheel=max(wheels, key=lambda wheel: wheel.least + wheel.most, default=None),
+        hidden=tuple(Effect.of(each) for each in truth.get("effect", ()) if each["kind"] != WHEEL),
         outcome=history["outcome"],
     )
-
-
-def wheels(model: Mapping[str, Any]) -> list[Wheel]:
-    """Return the wheels of a model."""
-    return [Wheel.of(effect) for effect in model.get("effect", ()) if effect["kind"] == WHEEL]
-
-
-@cache
-def effect_names() -> dict[str, tuple[str, bool]]:
-    """Return for each kind of effect its name, and whether its x and y are a position on the object."""
-    return {
-        law["kind"]: (
-            law["effect"],
-            any(
-                each["name"] == "x" and each["prior"]["distribution"] == "on_body"
-                for each in law["parameters"]
-            ),
-        )
-        for law in trundle.effects()
-    }
-
-
-def other_effects(model: Mapping[str, Any]) -> tuple[Effect, ...]:
-    """Return the effects of a model except its first wheel."""
-    effects: list[Mapping[str, Any]] = list(model.get("effect", ()))
-    first = next((effect for effect in effects if effect["kind"] == WHEEL), None)
-    return tuple(Effect.of(effect) for effect in effects if effect is not first)
 
 
 def parse_update(row: Mapping[str, Any]) -> Update:
     """Return one row of a history's `updates`."""
     model = row["model"] or {}
-    wheel = next(iter(wheels(model)), None)
+    effects: list[Mapping[str, Any]] = list(model.get("effect", ()))
+    first = next((effect for effect in effects if effect["kind"] == WHEEL), None)
+    wheel = None if first is None else Wheel.of(first)
+    estimates = {
+        each["name"]: {"mean": each.get("mean"), "sd": each.get("sd"), "unit": each.get("unit") or ""}
+        for each in row["estimate"]
+    }
+    for name, parameter in () if wheel is None else wheel.parameters.items():
+        if (found := estimates.get(f"{WHEEL}.{parameter}")) is not None:
+            known = found["mean"] is not None
+            estimates[name] = {**found, "mean": getattr(wheel, name) if known else None}
     return Update(
         time=float(row["time"]),
         wheel=wheel,
         wheel_covariance=None if wheel is None else wheel_covariance(model.get("posterior")),
-        estimates=tuple(
-            Estimate(
-                entry["name"], finite(entry.get("mean")), finite(entry.get("sd")), entry.get("unit") or ""
-            )
-            for entry in row["estimate"]
-        ),
-        other_effects=other_effects(model),
+        estimates=estimates,
+        other_effects=tuple(Effect.of(effect) for effect in effects if effect is not first),
         named=tuple(row["named"]),
         supposed=tuple(row["supposed"]),
         regrasp=None if row["regrasp"] is None else np.array(row["regrasp"], dtype=float),
@@ -252,25 +193,12 @@ def wheel_covariance(posterior: Mapping[str, Any] | None) -> Array | None:
     """Return the covariance (2, 2) m² of the wheel's position; infinite where the posterior has no value."""
     if not posterior:
         return None
-    names: list[str] = posterior["names"]
+    names = posterior["names"]
+    known = [axis for axis in (0, 1) if f"{WHEEL}.{'xy'[axis]}" in names]
+    rows = [names.index(f"{WHEEL}.{'xy'[axis]}") for axis in known]
     found = np.diag([math.inf, math.inf])
-    axes = {
-        axis: names.index(f"{WHEEL}.{name}") for axis, name in enumerate("xy") if f"{WHEEL}.{name}" in names
-    }
-    for axis, row in axes.items():
-        for other, column in axes.items():
-            found[axis, other] = posterior["covariance"][row][column]
+    found[np.ix_(known, known)] = np.array(posterior["covariance"])[np.ix_(rows, rows)]
     return found
-
-
-def named_effects(episode: Episode) -> list[tuple[float, str]]:
-    """Return the effects that the diagnoser named and added to the model, with times, s."""
-    return [(each.time, name) for each in episode.updates for name in each.named]
-
-
-def supposed_effects(episode: Episode) -> list[tuple[float, tuple[str, ...]]]:
-    """Return the effects that the agent added without a diagnosis, with times, s."""
-    return [(each.time, each.supposed) for each in episode.updates if each.supposed]
 
 
 def select_stages(episode: Episode, most: int) -> list[Update]:
@@ -280,8 +208,8 @@ def select_stages(episode: Episode, most: int) -> list[Update]:
     logarithm of time.
     """
     found = episode.updates
-    ends = {0, len(found) - 1} if found else set()
-    kept = ends | {k for k, each in enumerate(found) if each.named or each.supposed}
+    kept = {0, len(found) - 1} if found else set()
+    kept |= {k for k, each in enumerate(found) if each.named or each.supposed}
     moment = np.log([each.time for each in found])
     for _ in range(min(most, len(found)) - len(kept)):
         gaps = np.abs(moment[:, None] - moment[sorted(kept)])

@@ -3,53 +3,73 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from trundle.report.markup import Child, Html, format_number, tag
 from trundle.report.series import Array
+from trundle.report.svg import Child, Markup, format_number, join, tag
 
-__all__ = ["WIDTH", "figure", "finite_runs", "label", "polyline", "round_down_125", "ticks"]
+__all__ = [
+    "WIDTH",
+    "Caption",
+    "Figure",
+    "dots",
+    "figure",
+    "finite_runs",
+    "label",
+    "polyline",
+    "round_down_125",
+    "ticks",
+]
 
 WIDTH = 360.0
 """Width of every panel, user units: about that of a phone in CSS pixels."""
 
+Caption = tuple[str, str]
+"""Part of a caption: bold text, then plain text."""
 
-def figure(
-    identity: str, title: str, description: str, height: float, drawing: Child, caption: Child
-) -> Html:
-    """Return a `<figure>` with an accessible SVG drawing and a caption.
 
-    Parameters
+@dataclass(frozen=True)
+class Figure:
+    """A drawing with a caption, which the macro `figure` shows.
+
+    Attributes
     ----------
     identity
         Unique in the page.
     title, description
         Accessible title, a few words, and description, a sentence.
-    height
-        In user units; the width is `WIDTH`.
-    drawing, caption
-        Content of the SVG and of the `<figcaption>`.
+    view_box
+        Size in user units; the width is `WIDTH`.
+    drawing
+        Content of the SVG.
+    caption
+        Parts of the caption.
     """
-    names = f"{identity}-title", f"{identity}-desc"
-    svg = tag(
-        "svg",
-        tag("title", title, id=names[0]),
-        tag("desc", description, id=names[1]),
-        drawing,
-        viewBox=f"0 0 {format_number(WIDTH)} {format_number(height)}",
-        role="img",
-        aria_labelledby=" ".join(names),
-    )
-    return tag("figure", svg, tag("figcaption", caption))
+
+    identity: str
+    title: str
+    description: str
+    view_box: str
+    drawing: Markup
+    caption: tuple[Caption, ...]
 
 
-def label(text: str, x: float, y: float, style: str = "", anchor: str | None = None) -> Html:
+def figure(
+    identity: str, title: str, description: str, height: float, drawing: Child, *caption: Caption
+) -> Figure:
+    """Return a figure of some height, user units."""
+    view_box = f"0 0 {format_number(WIDTH)} {format_number(height)}"
+    return Figure(identity, title, description, view_box, join([drawing]), caption)
+
+
+def label(text: str, x: float, y: float, style: str = "", anchor: str | None = None) -> Markup:
     """Return text with its baseline at (x, y); `anchor` is "middle", "end" or None (start)."""
     return tag("text", text, x=x, y=y, class_=style or None, text_anchor=anchor)
 
 
-def polyline(points: Array, style: str) -> Html:
+def polyline(points: Array, style: str) -> Markup:
     """Return a line through points (n, 2) in user units, interrupted where a point is NaN."""
     parts = [
         "M" + "L".join(f"{format_number(x)} {format_number(y)}" for x, y in run)
@@ -58,8 +78,14 @@ def polyline(points: Array, style: str) -> Html:
     return tag("path", d="".join(parts), class_=style)
 
 
+def dots(points: Array, style: str) -> Markup:
+    """Return dots at points (n, 2) in user units; the line width is their diameter."""
+    moves = (f"M{format_number(x)} {format_number(y)}h0" for x, y in points)
+    return tag("path", d="".join(moves), class_=style)
+
+
 def finite_runs(points: Array) -> list[Array]:
-    """Return the runs of points (n, 2) without NaN that have at least two points."""
+    """Return the runs of rows (n, k) without NaN that have at least two rows."""
     seen = np.isfinite(points).all(axis=1)
     edges = np.flatnonzero(np.diff(seen)) + 1
     parts = zip(np.split(points, edges), np.split(seen, edges), strict=True)

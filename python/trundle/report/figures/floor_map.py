@@ -7,30 +7,31 @@ from typing import Any
 
 import numpy as np
 
+from trundle.picture import place_outline
 from trundle.report.figures import marks, missing_force
-from trundle.report.figures.canvas import WIDTH, figure
+from trundle.report.figures.canvas import WIDTH, Caption, Figure, figure
 from trundle.report.figures.motion import pose_at_event
-from trundle.report.figures.top_view import TopView, transform_polygon
+from trundle.report.figures.top_view import TopView
 from trundle.report.location import Event, Place, locate_effects, polygon
-from trundle.report.markup import Child, Html, tag
 from trundle.report.quantity import format_significant
 from trundle.report.series import Array, Episode, Series
+from trundle.report.svg import Markup
 
 __all__ = ["draw"]
 
 
-def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
+def draw(diagnosis: Mapping[str, Any], series: Series) -> Figure | None:
     """Return the map; None if there is nothing to mark on the floor, and on a rail."""
     named = [place for place in locate_effects(diagnosis.get("missing") or ()) if place.on_floor]
-    unnamed = diagnosis.get("verdict") == "unexplained"
-    hint = polygon((diagnosis.get("mismatch") or {}).get("world_region")) if unnamed else None
+    is_unexplained = diagnosis.get("verdict") == "unexplained"
+    hint = polygon((diagnosis.get("mismatch") or {}).get("world_region")) if is_unexplained else None
     drawn = [episode for episode in series.episodes if _is_drawable(episode)]
-    if "theta" not in series.dof or not drawn or not (named or unnamed):
+    if "theta" not in series.dof or not drawn or not (named or is_unexplained):
         return None
     moments = [(place, found) for place in named if (found := _event_pose(place.event, drawn)) is not None]
-    ghosts = [transform_polygon(shape, pose) for _, pose in moments for shape in series.footprint]
+    ghosts = [place_outline(shape, pose) for _, pose in moments for shape in series.footprint]
     view = TopView.around([*(episode.observed[:, :2] for episode in drawn), *ghosts, *_corners(named, hint)])
-    arrows, longest = missing_force.arrows(view, drawn) if unnamed else ([], 0.0)
+    arrows, longest = missing_force.arrows(view, drawn) if is_unexplained else ([], 0.0)
     drawing = view.with_frame(
         [view.outline(corners, "region") for corners in _regions(named, hint)],
         [view.path(episode.observed[:, :2], _style(episode, named)) for episode in drawn],
@@ -43,7 +44,7 @@ def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     )
     caption = _caption(named, hint, longest, bool(moments))
     text = f"Recorded paths of all episodes in the world frame. {' '.join(_sentences(named, hint, longest))}"
-    return figure("floor", "Top view of the floor", text, view.total_height, drawing, caption)
+    return figure("floor", "Top view of the floor", text, view.total_height, drawing, *caption)
 
 
 def _event_pose(event: Event | None, episodes: Sequence[Episode]) -> Array | None:
@@ -70,7 +71,7 @@ def _regions(named: Sequence[Place], hint: Array | None) -> list[Array]:
     return [corners for corners in (*(place.region for place in named), hint) if corners is not None]
 
 
-def _direction(view: TopView, place: Place) -> Html | None:
+def _direction(view: TopView, place: Place) -> Markup | None:
     if place.direction is None:
         return None
     middle, half = np.array([WIDTH / 2.0, view.height / 2.0]), 0.36 * view.height
@@ -101,14 +102,12 @@ def _sentences(named: Sequence[Place], hint: Array | None, longest: float) -> li
     return found
 
 
-def _caption(named: Sequence[Place], hint: Array | None, longest: float, rings: bool) -> list[Child]:
-    lines: list[Child] = [
-        [tag("b", f"{place.number} "), f"{place.name}. ", _direction_sentence(place)] for place in named
-    ]
-    rest = [f"{sentence} " for sentence in _sentences((), hint, longest)]
-    ghost = " Rings: position at the event." if rings else ""
-    return [lines, rest, f"World frame. Lines: recorded paths.{ghost}"]
+def _caption(named: Sequence[Place], hint: Array | None, longest: float, rings: bool) -> list[Caption]:
+    lines = [(f"{place.number} ", f"{place.name}. {_direction_sentence(place)}") for place in named]
+    rest = [*_sentences((), hint, longest), "World frame. Lines: recorded paths."]
+    rest += ["Rings: position at the event."] if rings else []
+    return [*lines, ("", " ".join(rest))]
 
 
-def _direction_sentence(place: Place) -> str | None:
-    return None if place.direction is None else f"{place.direction.text}. "
+def _direction_sentence(place: Place) -> str:
+    return "" if place.direction is None else f"{place.direction.text}. "

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from trundle.report.decimate import envelope
-from trundle.report.figures.canvas import WIDTH, label, polyline, ticks
-from trundle.report.markup import Html, join, tag
+from trundle.report.figures.canvas import (
+    WIDTH,
+    Caption,
+    Figure,
+    dots,
+    figure,
+    finite_runs,
+    label,
+    polyline,
+    ticks,
+)
+from trundle.report.quantity import display_scale
 from trundle.report.series import Array
+from trundle.report.svg import Markup, join, tag
 
-__all__ = ["Curve", "Lane", "Marks", "bounds", "draw"]
+__all__ = ["Curve", "Lane", "Marks", "bounds", "draw", "lane_figure"]
 
-_LEFT, _RIGHT = 42.0, 12.0
+_LEFT, _RIGHT = 50.0, 12.0
 _TITLE, _GAP, _AXIS = 18.0, 9.0, 32.0
 _PLOT_WIDTH = WIDTH - _LEFT - _RIGHT
 _MIN_LABEL_SPACING = 26.0
@@ -22,22 +34,32 @@ _MIN_LABEL_SPACING = 26.0
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve over time, (n,) each. `style` is a CSS class. With `width` (n,) it is a band y ± width."""
+    """A curve over time, (n,) each.
+
+    `style` is a CSS class. With `width` (n,) the curve is a band y ± width. With `is_dotted` its points are
+    drawn as dots.
+    """
 
     style: str
     t: Array
     y: Array
     width: Array | None = None
+    is_dotted: bool = False
 
 
 @dataclass(frozen=True)
 class Lane:
-    """Curves over one value axis; with `limits` None the axis fits the curves."""
+    """Curves over one value axis.
+
+    With `limits` None the axis fits the curves. With `is_log_distance` values are common logarithms of
+    distances in m, and the axis is labelled with distances.
+    """
 
     title: str
     curves: tuple[Curve, ...]
     limits: tuple[float, float] | None = None
     height: float = 60.0
+    is_log_distance: bool = False
 
 
 @dataclass(frozen=True)
@@ -48,11 +70,13 @@ class Marks:
     events: Sequence[tuple[float, str]] = field(default=())
 
 
-def draw(lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None) -> tuple[Html, float]:
+def draw(
+    lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None
+) -> tuple[Markup, float]:
     """Draw lanes over a time span, s; return the drawing and its height."""
     marks = marks or Marks()
     height = sum(_TITLE + lane.height + _GAP for lane in lanes) + _AXIS
-    parts: list[Html] = []
+    parts: list[Markup] = []
     top = 0.0
     for index, lane in enumerate(lanes):
         frame = _Frame(span, lane, top + _TITLE)
@@ -60,6 +84,20 @@ def draw(lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None =
         parts += frame.names(marks.events) if index == 0 else []
         top += _TITLE + lane.height + _GAP
     return join([*parts, _time_axis(span, top - _GAP)]), height
+
+
+def lane_figure(
+    identity: str,
+    title: str,
+    description: str,
+    lanes: Sequence[Lane],
+    span: tuple[float, float],
+    *caption: Caption,
+    marks: Marks | None = None,
+) -> Figure:
+    """Return a figure of lanes over a time span, s."""
+    drawing, height = draw(lanes, span, marks)
+    return figure(identity, title, description, height, drawing, *caption)
 
 
 def bounds(curves: Sequence[Curve]) -> tuple[float, float]:
@@ -99,7 +137,7 @@ class _Frame:
         place: Array = self.top + self.lane.height * (1.0 - share)
         return place
 
-    def draw(self, marks: Marks) -> Html:
+    def draw(self, marks: Marks) -> Markup:
         box = tag("rect", x=_LEFT, y=self.top, width=_PLOT_WIDTH, height=self.lane.height, class_="box")
         return join(
             [
@@ -112,7 +150,7 @@ class _Frame:
             ]
         )
 
-    def names(self, events: Sequence[tuple[float, str]]) -> Iterator[Html]:
+    def names(self, events: Sequence[tuple[float, str]]) -> Iterator[Markup]:
         """Yield the names of events next to their lines; names of close events share a label."""
         groups: list[tuple[float, list[str]]] = []
         for time, name in sorted(events):
@@ -126,28 +164,40 @@ class _Frame:
             place = x - 5.0 if right else x + 5.0
             yield label(", ".join(names), place, self.top + 14.0, "number small", "end" if right else None)
 
-    def _value_axis(self) -> Iterator[Html]:
-        values, places = ticks(*self.limits, most=3)
-        for value, place in zip(values, self.y(np.array(values)), strict=True):
-            style = "zero" if abs(value) < 1e-12 else "grid"
+    def _value_axis(self) -> Iterator[Markup]:
+        if self.lane.is_log_distance:
+            low, high = self.limits
+            values = [float(power) for power in range(math.ceil(low), math.floor(high) + 1)]
+            texts = [display_scale("m", 10.0**power).text(10.0**power, 1) for power in values]
+        else:
+            values, places = ticks(*self.limits, most=3)
+            texts = [_tick(value, places) for value in values]
+        for value, text, place in zip(values, texts, self.y(np.array(values)), strict=True):
+            style = "zero" if abs(value) < 1e-12 and not self.lane.is_log_distance else "grid"
             yield tag("line", x1=_LEFT, x2=_LEFT + _PLOT_WIDTH, y1=place, y2=place, class_=style)
             baseline = float(np.clip(place + 4.0, self.top + 8.0, self.top + self.lane.height + 4.0))
-            yield label(_tick(value, places), _LEFT - 5.0, baseline, "tick", "end")
+            yield label(text, _LEFT - 5.0, baseline, "tick", "end")
 
-    def _curve(self, curve: Curve) -> Html:
+    def _curve(self, curve: Curve) -> Markup:
         if curve.width is not None:
             return self._band(curve, curve.width)
+        if curve.is_dotted:
+            return dots(np.column_stack([self.x(curve.t), self.y(curve.y)]), curve.style)
         t, y = envelope(curve.t, curve.y, int(_PLOT_WIDTH))
         return polyline(np.column_stack([self.x(t), self.y(y)]), curve.style)
 
-    def _band(self, curve: Curve, width: Array) -> Html:
+    def _band(self, curve: Curve, width: Array) -> Markup:
         few = slice(None, None, max(1, len(curve.t) // 150))
-        t, y, half = curve.t[few], curve.y[few], np.nan_to_num(width[few])
+        rows = np.column_stack([curve.t[few], curve.y[few], np.nan_to_num(width[few])])
+        return join(self._area(run, curve.style) for run in finite_runs(rows))
+
+    def _area(self, rows: Array, style: str) -> Markup:
+        t, y, half = rows.T
         upper = np.column_stack([self.x(t), self.y(y + half)])
         lower = np.column_stack([self.x(t), self.y(y - half)])
-        return polyline(np.vstack([upper, lower[::-1], upper[:1]]), "band")
+        return polyline(np.vstack([upper, lower[::-1], upper[:1]]), style)
 
-    def _window(self, start: float, end: float) -> Html:
+    def _window(self, start: float, end: float) -> Markup:
         left, right = self.x(np.array([start, end]))
         area = {"x": left, "width": max(1.0, right - left), "y": self.top, "height": self.lane.height}
         edges = (
@@ -156,7 +206,7 @@ class _Frame:
         )
         return join([tag("rect", class_="window", **area), edges])
 
-    def _event(self, time: float) -> Html:
+    def _event(self, time: float) -> Markup:
         x = float(self.x(np.array([time]))[0])
         return tag("line", x1=x, x2=x, y1=self.top, y2=self.top + self.lane.height, class_="event")
 
@@ -167,7 +217,7 @@ def _time_to_x(span: tuple[float, float], t: Array) -> Array:
     return place
 
 
-def _time_axis(span: tuple[float, float], y: float) -> Iterator[Html]:
+def _time_axis(span: tuple[float, float], y: float) -> Iterator[Markup]:
     values, places = ticks(*span, most=6)
     for value, x in zip(values, _time_to_x(span, np.array(values)), strict=True):
         yield tag("line", x1=x, x2=x, y1=y, y2=y + 4.0, class_="axis")

@@ -9,10 +9,10 @@ import numpy as np
 from trundle.report.figures.canvas import WIDTH, label
 from trundle.report.figures.top_view import TopView
 from trundle.report.location import Point
-from trundle.report.markup import Child, Html, join, tag
 from trundle.report.series import Array
+from trundle.report.svg import Child, Markup, join, tag
 
-__all__ = ["WITHIN_95", "arrow", "cross", "diamond", "numbers", "ring"]
+__all__ = ["WITHIN_95", "arrow", "arrow_path", "cross", "diamond", "numbers", "plus", "ring"]
 
 WITHIN_95 = 2.4477
 """Radius, in standard deviations, of the 95 % ellipse of a planar normal distribution."""
@@ -21,34 +21,41 @@ _CROSS_ARM = 9.0
 _MIN_NUMBER_SPACING = 17.0
 
 
-def cross(view: TopView, point: Point) -> list[Html]:
+def cross(view: TopView, point: Point) -> list[Markup]:
     """Return a cross at a point, with its 95 % ellipse."""
     x, y = view.to_page(point.mean[None])[0]
     rx, ry = WITHIN_95 * point.sd * view.scale
-    arm = _CROSS_ARM
+    return [tag("ellipse", cx=x, cy=y, rx=rx, ry=ry, class_="likely"), plus(view, point.mean, "mark")]
+
+
+def plus(view: TopView, place: Array, style: str) -> Markup:
+    """Return an upright cross at a point (2,) in m."""
+    (x, y), arm = view.to_page(place[None])[0], _CROSS_ARM
     arms = f"M{x - arm:.1f} {y:.1f}h{2 * arm:.0f}M{x:.1f} {y - arm:.1f}v{2 * arm:.0f}"
-    return [
-        tag("ellipse", cx=x, cy=y, rx=rx, ry=ry, class_="likely"),
-        tag("path", d=arms, class_="mark"),
-    ]
+    return tag("path", d=arms, class_=style)
 
 
-def diamond(view: TopView, place: Array) -> Html:
+def diamond(view: TopView, place: Array) -> Markup:
     """Return the mark of a hint: a location that belongs to no named effect."""
     x, y = view.to_page(place[None])[0]
     return tag("path", d=f"M{x:.1f} {y - 10:.1f}l10 10l-10 10l-10 -10z", class_="hint")
 
 
-def ring(view: TopView, place: Array) -> Html:
+def ring(view: TopView, place: Array) -> Markup:
     """Return the mark of an event on a path."""
     x, y = view.to_page(place[None])[0]
     return join([tag("circle", cx=x, cy=y, r=radius, class_="mark hollow") for radius in (3.5, 8.0)])
 
 
-def arrow(start: Array, end: Array, style: str, head: float = 8.0, both: bool = False) -> Html:
+def arrow(start: Array, end: Array, style: str, head: float = 8.0, both: bool = False) -> Markup:
     """Return an arrow between two points (2,), user units; with `both`, it has a head at each end."""
-    parts = [f"M{start[0]:.1f} {start[1]:.1f}L{end[0]:.1f} {end[1]:.1f}", _head(start, end, head)]
-    return tag("path", d="".join([*parts, _head(end, start, head)] if both else parts), class_=style)
+    back = _head(end, start, head) if both else ""
+    return tag("path", d=arrow_path(start, end, head) + back, class_=style)
+
+
+def arrow_path(start: Array, end: Array, head: float) -> str:
+    """Return the path data of an arrow with one head."""
+    return f"M{start[0]:.1f} {start[1]:.1f}L{end[0]:.1f} {end[1]:.1f}{_head(start, end, head)}"
 
 
 def _head(start: Array, end: Array, head: float) -> str:

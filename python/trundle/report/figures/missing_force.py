@@ -9,8 +9,8 @@ import numpy as np
 from trundle.report.figures import marks
 from trundle.report.figures.motion import interpolate_poses
 from trundle.report.figures.top_view import TopView
-from trundle.report.markup import Html
 from trundle.report.series import Array, Episode
+from trundle.report.svg import Markup
 
 __all__ = ["arrows"]
 
@@ -18,7 +18,7 @@ _MAX_ARROW_LENGTH, _MIN_ARROW_SPACING, _MIN_FORCE_SD = 46.0, 11.0, 3.0
 """Arrow length and spacing, user units, and the force from which an arrow is drawn, standard deviations."""
 
 
-def arrows(view: TopView, episodes: Sequence[Episode]) -> tuple[list[Html], float]:
+def arrows(view: TopView, episodes: Sequence[Episode]) -> tuple[list[Markup], float]:
     """Return arrows for the missing force where it exceeds the noise, and the largest force, N."""
     feet, forces = zip(*(_forces(view, episode) for episode in episodes), strict=True)
     foot, force = np.concatenate(feet), np.concatenate(forces)

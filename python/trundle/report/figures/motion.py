@@ -6,14 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from trundle.picture import place_outline
 from trundle.report.figures import lanes, marks
-from trundle.report.figures.canvas import figure, label
+from trundle.report.figures.canvas import Figure, figure, label
 from trundle.report.figures.lanes import Curve, Lane, Marks
-from trundle.report.figures.top_view import TopView, transform_polygon
+from trundle.report.figures.top_view import TopView
 from trundle.report.location import Event, Place
-from trundle.report.markup import Child, Html, join, tag
 from trundle.report.quantity import Scale, display_scale, format_quantity
 from trundle.report.series import Array, Episode, Series
+from trundle.report.svg import Child, Markup, join, tag
 
 __all__ = ["draw", "events_in", "interpolate_poses", "pose_at_event"]
 
@@ -21,7 +22,7 @@ _SIDES = ("before", "after")
 _MAP_HEIGHT = 250.0
 
 
-def draw(index: int, episode: Episode, series: Series, named: Sequence[Place]) -> Html:
+def draw(index: int, episode: Episode, series: Series, named: Sequence[Place]) -> Figure:
     """Return the panel of one episode; `index` makes its id unique in the page."""
     on_rail = "theta" not in series.dof
     view = None if on_rail else _plan(episode, series, named)
@@ -32,11 +33,11 @@ def draw(index: int, episode: Episode, series: Series, named: Sequence[Place]) -
         rows + _errors(episode, on_rail), span, Marks(events=events_in(episode, named))
     )
     drawn_map = None if view is None else _map(view, episode, series, named)
-    drawing = join([drawn_map, tag("g", graph, transform=f"translate(0 {top:.2f})")])
+    drawing = [drawn_map, tag("g", graph, transform=f"translate(0 {top:.2f})")]
     kind = "held out" if episode.held_out else "fitted"
     shown = "Position over time" if on_rail else "Top view of the path with the outline at start and end"
     text = f"{shown}, recorded and simulated. Below: error over time. {_final_error(episode)}"
-    caption = [tag("b", episode.name), f" ({kind}). ", _final_error(episode)]
+    caption = episode.name, f" ({kind}). {_final_error(episode)}"
     return figure(
         f"motion-{index}", f"Motion in {episode.name}, {kind}", text, top + height, drawing, caption
     )
@@ -72,7 +73,7 @@ def _simulated(episode: Episode) -> list[tuple[str, Array]]:
 def _plan(episode: Episode, series: Series, named: Sequence[Place]) -> TopView:
     """Return a map of the recorded motion, enlarged up to a limit for simulations and points outside it."""
     shapes = [
-        transform_polygon(polygon, pose)
+        place_outline(polygon, pose)
         for pose in _first_and_last(episode.observed)
         for polygon in series.footprint
     ]
@@ -84,7 +85,7 @@ def _plan(episode: Episode, series: Series, named: Sequence[Place]) -> TopView:
     reach = float((high - low).max()) * 0.6
     others = [curve[:, :2] for _, curve in _simulated(episode)]
     others += [
-        transform_polygon(polygon, _first_and_last(curve)[-1])
+        place_outline(polygon, _first_and_last(curve)[-1])
         for _, curve in _simulated(episode)
         for polygon in series.footprint
     ]
@@ -105,16 +106,12 @@ def _map(view: TopView, episode: Episode, series: Series, named: Sequence[Place]
     start, stop = ends[:1], ends[1:]
     return view.with_frame(
         [view.outline(place.region, "region") for place in named if place.region is not None],
-        [
-            view.outline(transform_polygon(shape, pose), "start")
-            for pose in start
-            for shape in series.footprint
-        ],
-        [view.outline(transform_polygon(shape, pose), "stop") for pose in stop for shape in series.footprint],
+        [view.outline(place_outline(shape, pose), "start") for pose in start for shape in series.footprint],
+        [view.outline(place_outline(shape, pose), "stop") for pose in stop for shape in series.footprint],
         view.path(episode.observed[:, :2], "recorded"),
         [
             [
-                view.outline(transform_polygon(shape, pose), f"{side} thin")
+                view.outline(place_outline(shape, pose), f"{side} thin")
                 for pose in _first_and_last(curve)[1:]
                 for shape in series.footprint
             ]
@@ -127,7 +124,7 @@ def _map(view: TopView, episode: Episode, series: Series, named: Sequence[Place]
     )
 
 
-def _start(view: TopView, pose: Array) -> Html:
+def _start(view: TopView, pose: Array) -> Markup:
     x, y = view.to_page(pose[None, :2])[0]
     return join(
         [tag("circle", cx=x, cy=y, r=3.5, class_="dot"), label("start", x, y - 8.0, "tick halo", "middle")]

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from trundle.report.figures import marks, wheels
-from trundle.report.figures.canvas import figure, label
+from trundle.report.figures.canvas import Caption, Figure, figure, label
 from trundle.report.figures.top_view import TopView
 from trundle.report.location import Place, Point, finite_pair, locate_effects
-from trundle.report.markup import Child, Html, tag
-from trundle.report.quantity import format_fixed
+from trundle.report.quantity import format_point
 from trundle.report.series import Array, Series
+from trundle.report.svg import Child, Markup, tag
 
 __all__ = ["draw", "draw_object", "hint_point"]
 
 
-def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
+def draw(diagnosis: Mapping[str, Any], series: Series) -> Figure | None:
     """Return the map of footprint, support and located effects; None without a footprint (on a rail)."""
     if not series.footprint:
         return None
@@ -45,7 +45,7 @@ def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     )
     sentences = [f"{place.number}: {place.name} at {point}" for place, point in named]
     if hint is not None:
-        sentences.append(f"the missing wrench acts near {_coordinates(hint)}")
+        sentences.append(f"the missing wrench acts near {format_point(hint)}")
     described = "; ".join(sentences) or "the diagnosis locates no effect on it"
     return figure(
         "object",
@@ -53,7 +53,7 @@ def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
         f"Footprint in the object frame; {described}.",
         view.total_height,
         drawing,
-        _caption(named, hint, len(fitted), bool(series.feet)),
+        *_caption(named, hint, len(fitted), bool(series.feet)),
     )
 
 
@@ -84,7 +84,7 @@ def _points_in_view(spots: Sequence[Array], hint: Array | None, corners: Array) 
     return [place[None] for place in found if np.abs(place - corners.mean(axis=0)).max() < reach]
 
 
-def _axes(view: TopView, corners: Array) -> list[Html]:
+def _axes(view: TopView, corners: Array) -> list[Markup]:
     """Return the axes of the object frame."""
     length = 0.22 * float(np.ptp(corners, axis=0).min())
     tips = np.array([[0.0, 0.0], [length, 0.0], [0.0, length]])
@@ -94,33 +94,27 @@ def _axes(view: TopView, corners: Array) -> list[Html]:
     return [*arms, *names]
 
 
-def _support(view: TopView, foot: Array) -> Html | None:
+def _support(view: TopView, foot: Array) -> Markup | None:
     if not np.isfinite(foot).all():
         return None
     x, y = view.to_page(foot[None])[0]
     return tag("circle", cx=x, cy=y, r=5.0, class_="support")
 
 
-def _coordinates(place: Array) -> str:
-    return f"({format_fixed(place[0], 2)}, {format_fixed(place[1], 2)})\N{NO-BREAK SPACE}m"
-
-
 def _caption(
     named: Sequence[tuple[Place, Point]], hint: Array | None, fitted: int, feet: bool
-) -> list[Child]:
-    lines: list[Child] = [
-        [
-            tag("b", f"{place.number} "),
-            place.name,
-            ", with its 95\N{NO-BREAK SPACE}% ellipse" if point.sd.all() else None,
-            ". ",
-        ]
-        for place, point in named
+) -> list[Caption]:
+    ellipse = ", with its 95\N{NO-BREAK SPACE}% ellipse"
+    lines = [
+        (f"{place.number} ", f"{place.name}{ellipse if point.sd.all() else ''}. ") for place, point in named
     ]
+    rest = []
     if hint is not None:
-        lines.append("◇ point where the missing wrench acts. ")
+        rest.append("◇ point where the missing wrench acts.")
     if not named and hint is None:
-        lines.append("The diagnosis locates no effect on the object. ")
+        rest.append("The diagnosis locates no effect on the object.")
     if fitted:
-        lines.append(f"▬ the fitted {'wheel' if fitted == 1 else 'wheels'}. ")
-    return [lines, "Object frame.", " Circles: support points." if feet else None]
+        rest.append(f"▬ the fitted {'wheel' if fitted == 1 else 'wheels'}.")
+    rest.append("Object frame.")
+    rest += ["Circles: support points."] if feet else []
+    return [*lines, ("", " ".join(rest))]

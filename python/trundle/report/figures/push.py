@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from trundle.report.figures import lanes, marks
-from trundle.report.figures.canvas import figure, label
+from trundle.report.figures.canvas import Figure, figure, label
 from trundle.report.figures.lanes import Curve, Lane
 from trundle.report.figures.object_map import draw_object
 from trundle.report.figures.top_view import TopView
 from trundle.report.location import finite_pair
-from trundle.report.markup import Child, Html, join, tag
-from trundle.report.quantity import format_fixed
+from trundle.report.quantity import format_fixed, format_point
 from trundle.report.series import Array, Series, finite
+from trundle.report.svg import Child, Markup, join, tag
 
 __all__ = ["draw"]
 
@@ -23,7 +23,7 @@ _MAP_HEIGHT, _ARROW, _TURN = 190.0, 64.0, 26.0
 _CHANNELS = ((1, "force along the arrow, N"), (3, "torque, N·m"))
 
 
-def draw(identity: str, number: int | None, push: Mapping[str, Any], series: Series) -> Html | None:
+def draw(identity: str, number: int | None, push: Mapping[str, Any], series: Series) -> Figure | None:
     """Return the push on the object with its time course below; None without a grasp point.
 
     Parameters
@@ -54,12 +54,12 @@ def draw(identity: str, number: int | None, push: Mapping[str, Any], series: Ser
     drawing: Child = [*framed, tag("g", graph, transform=f"translate(0 {view.total_height:.2f})")]
     text = _instruction(grasp, way, turns)
     title = "Discriminating push" if number is None else f"Discriminating push {number}"
-    caption = [None if number is None else tag("b", f"Push {number}. "), text]
+    caption = "" if number is None else f"Push {number}. ", text
     return figure(f"push-{identity}", title, text, view.total_height + height, drawing, caption)
 
 
 def _instruction(grasp: Array, way: float | None, turns: bool) -> str:
-    at = f"Grasp at ({format_fixed(grasp[0], 2)}, {format_fixed(grasp[1], 2)})\N{NO-BREAK SPACE}m"
+    at = f"Grasp at {format_point(grasp)}"
     if turns:
         return f"{at} and turn about that point (object frame)."
     return (
@@ -89,7 +89,7 @@ def _arrow_tip(series: Series, grasp: Array, direction: float | None) -> list[Ar
     return [(grasp + length * np.array([np.cos(direction), np.sin(direction)]))[None]]
 
 
-def _arrow(view: TopView, grasp: Array, direction: float | None) -> list[Html]:
+def _arrow(view: TopView, grasp: Array, direction: float | None) -> list[Markup]:
     x, y = start = view.to_page(grasp[None])[0]
     dot = tag("circle", cx=x, cy=y, r=5.5, class_="grasp")
     below = y < view.height - 26.0
@@ -100,14 +100,14 @@ def _arrow(view: TopView, grasp: Array, direction: float | None) -> list[Html]:
     return [marks.arrow(start, end, "mark", head=11.0), dot, name]
 
 
-def _turn(view: TopView, grasp: Array) -> Html:
+def _turn(view: TopView, grasp: Array) -> Markup:
     """Return a counter-clockwise arc with an arrow head about the grasp."""
     x, y = view.to_page(grasp[None])[0]
     arc = f"M{x + _TURN:.1f} {y:.1f}A{_TURN:.0f} {_TURN:.0f} 0 1 0 {x:.1f} {y + _TURN:.1f}"
     return tag("path", d=f"{arc}m-9 -5l9 5l-7 8", class_="mark")
 
 
-def _time_course(knots: Array) -> tuple[Html, float]:
+def _time_course(knots: Array) -> tuple[Markup, float]:
     """Return force and torque over time, without channels that are zero throughout, and the height."""
     rows = [
         _lane(title, knots[:, 0], knots[:, column])

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from trundle.report.figures import lanes
-from trundle.report.figures.canvas import figure
+from trundle.report.figures.canvas import Figure
 from trundle.report.figures.lanes import Curve, Lane, Marks
 from trundle.report.figures.motion import events_in
 from trundle.report.location import Place
-from trundle.report.markup import Html, tag
 from trundle.report.series import Episode, Residual, Series, finite
 
 __all__ = ["CHANNELS", "draw", "select_episodes", "windows_in"]
@@ -22,12 +21,9 @@ CHANNELS = (("force along x", "N"), ("force along y", "N"), ("torque", "N·m"))
 
 
 def select_episodes(
-    series: Series,
-    windows: Sequence[Mapping[str, Any]],
-    most: int,
-    sides: Sequence[str] = ("before", "after"),
+    series: Series, windows: Sequence[Mapping[str, Any]], sides: Sequence[str]
 ) -> list[Episode]:
-    """Return at most `most` episodes to draw: strongest windows first, then held-out episodes."""
+    """Return the episodes that can be drawn: strongest windows first, then held-out episodes."""
     strongest = {episode.name: _strongest(episode, windows) for episode in series.episodes}
     drawable = [
         episode
@@ -36,7 +32,7 @@ def select_episodes(
         and len(found.t) > 1
         and any(getattr(found, side) is not None for side in sides)
     ]
-    return sorted(drawable, key=lambda episode: (-strongest[episode.name], not episode.held_out))[:most]
+    return sorted(drawable, key=lambda episode: (-strongest[episode.name], not episode.held_out))
 
 
 def windows_in(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> list[tuple[float, float]]:
@@ -54,23 +50,22 @@ def draw(
     series: Series,
     windows: Sequence[Mapping[str, Any]],
     named: Sequence[Place],
-    shown: Sequence[str] = ("before", "after"),
-) -> Html:
+    shown: Sequence[str],
+) -> Figure:
     """Return the panel of one episode, with the sides in `shown`; `identity` is unique in the page."""
     rows = [lane for channel in series.channels for lane in _channel_lanes(channel, residual, shown)]
     inside = windows_in(episode, windows)
     span = (float(residual.t[0]), float(residual.t[-1]))
-    graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, named)))
     text = "Missing force and torque over time. The grey band shows two standard deviations of the noise."
     kind = "held out" if episode.held_out else "fitted"
-    caption = [tag("b", episode.name), f" ({kind}). ", _window_count_sentence(inside)]
-    return figure(
+    return lanes.lane_figure(
         f"residual-{identity}",
         f"Missing wrench in {episode.name}",
         f"{text} {_window_count_sentence(inside)}",
-        height,
-        graph,
-        caption,
+        rows,
+        span,
+        (episode.name, f" ({kind}). {_window_count_sentence(inside)}"),
+        marks=Marks(inside, events_in(episode, named)),
     )
 
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from trundle.report.decimate import simplify
 from trundle.report.figures.canvas import WIDTH, finite_runs, label, polyline, round_down_125
-from trundle.report.markup import Child, Html, tag
 from trundle.report.quantity import display_scale
 from trundle.report.series import Array
+from trundle.report.svg import Child, Markup, tag
 
-__all__ = ["TopView", "transform_polygon"]
+__all__ = ["TopView"]
 
 _MARGIN = 14.0
 _MIN_HEIGHT, _MAX_HEIGHT = 150.0, 320.0
@@ -54,7 +54,15 @@ class TopView:
         position: Array = centre + (points - self.centre) * np.array([self.scale, -self.scale])
         return position
 
-    def path(self, points: Array, style: str) -> Html:
+    def zoomed(self, about: Array, factor: float) -> TopView:
+        """Return the map magnified about a point (2,), m, which keeps its place."""
+        return TopView(self.scale * factor, about + (self.centre - about) / factor, self.height)
+
+    def at_origin(self) -> TopView:
+        """Return the map with the origin in the top left corner, for groups that are moved as a whole."""
+        return TopView(self.scale, np.array([WIDTH, -self.height]) / (2.0 * self.scale), self.height)
+
+    def path(self, points: Array, style: str) -> Markup:
         """Return a line through points (n, 2), simplified to a tolerance of 0.3 user units."""
         parts = [simplify(run, 0.3) for run in finite_runs(self.to_page(points))]
         gap = np.full((1, 2), np.nan)
@@ -62,7 +70,7 @@ class TopView:
             np.concatenate([np.empty((0, 2)), *(row for part in parts for row in (part, gap))]), style
         )
 
-    def outline(self, polygon: Array, style: str) -> Html | None:
+    def outline(self, polygon: Array, style: str) -> Markup | None:
         """Return a closed polygon (n, 2); None if a corner is not finite."""
         if not np.isfinite(polygon).all():
             return None
@@ -77,7 +85,7 @@ class TopView:
         frame = tag("rect", x=0.5, y=0.5, width=WIDTH - 1.0, height=self.height - 1.0, class_="box")
         return [frame, inner, self._bar()]
 
-    def _bar(self) -> list[Html]:
+    def _bar(self) -> list[Markup]:
         length = round_down_125(0.3 * WIDTH / self.scale)
         y, end = self.height + 11.0, 2.0 + length * self.scale
         ends = [tag("line", x1=x, x2=x, y1=y - 4.0, y2=y + 4.0, class_="axis") for x in (2.0, end)]
@@ -87,10 +95,3 @@ class TopView:
             *ends,
             label(text, end + 7.0, y + 4.0, "tick"),
         ]
-
-
-def transform_polygon(polygon: Array, pose: Array) -> Array:
-    """Transform a polygon (n, 2) from the object frame to the world, for an object at `pose` (3,)."""
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    turned: Array = polygon @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
-    return turned

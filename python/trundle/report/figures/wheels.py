@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from trundle.report.figures.top_view import TopView, transform_polygon
-from trundle.report.markup import Html
+from trundle.picture import place_outline
+from trundle.report.figures.top_view import TopView
 from trundle.report.series import Array, finite
+from trundle.report.svg import Markup
 
 __all__ = ["Wheel", "draw", "known_wheels"]
 
@@ -39,11 +40,11 @@ def known_wheels(nominal: Mapping[str, Any]) -> list[Wheel]:
     return wheels
 
 
-def draw(view: TopView, wheel: Wheel) -> Html | None:
+def draw(view: TopView, wheel: Wheel, style: str = "wheel") -> Markup | None:
     """Return the outline of a wheel in top view; its long side is the rolling direction."""
     half = 0.5 * np.array([_LENGTH, _WIDTH]) / view.scale
     corners = half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return view.outline(transform_polygon(corners, np.array([*wheel.position, wheel.angle])), "wheel")
+    return view.outline(place_outline(corners, np.array([*wheel.position, wheel.angle])), style)
 
 
 def _identified_value(value: Any) -> float | None:

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from trundle.report.figures import lanes
-from trundle.report.figures.canvas import WIDTH, figure, label, ticks
+from trundle.report.figures.canvas import WIDTH, Figure, dots, figure, label, ticks
 from trundle.report.figures.lanes import Curve, Lane
 from trundle.report.figures.residual import CHANNELS
-from trundle.report.markup import Html, format_number, join, tag
 from trundle.report.quantity import format_significant
 from trundle.report.series import Array, Episode, Series, Wrench, held_out_first
+from trundle.report.svg import Markup, join, tag
 
 __all__ = ["agreement", "time_course"]
 
@@ -20,7 +20,7 @@ _PLOT_SIZE, _LEFT, _PLOT_GAP, _TOP = 142.0, 44.0, 22.0, 20.0
 _MAX_POINTS = 500
 
 
-def agreement(series: Series) -> list[Html]:
+def agreement(series: Series) -> list[Figure]:
     """Return one panel per channel: required versus recorded wrench of the held-out pushes."""
     episodes = [episode for episode in held_out_first(series.episodes) if episode.wrench is not None]
     judged = [episode for episode in episodes if episode.held_out] or episodes
@@ -29,7 +29,7 @@ def agreement(series: Series) -> list[Html]:
     return [_channel(channel, wrenches, kind) for channel in series.channels] if wrenches else []
 
 
-def time_course(index: int, episode: Episode, wrench: Wrench, series: Series) -> Html:
+def time_course(index: int, episode: Episode, wrench: Wrench, series: Series) -> Figure:
     """Return recorded and required wrench of one push over time."""
     rows = []
     for channel in series.channels:
@@ -40,16 +40,15 @@ def time_course(index: int, episode: Episode, wrench: Wrench, series: Series) ->
             for side, curve in (("recorded", wrench.recorded), *sides)
         ]
         rows.append(Lane(f"{name}, {unit}", tuple(curves), height=80.0))
-    graph, height = lanes.draw(rows, (float(wrench.t[0]), float(wrench.t[-1])))
     kind = "held out" if episode.held_out else "fitted"
     text = "Recorded and required force and torque over time."
-    return figure(
+    return lanes.lane_figure(
         f"wrench-{index}",
         f"Wrench in {episode.name}",
         text,
-        height,
-        graph,
-        [tag("b", episode.name), f" ({kind})."],
+        rows,
+        (float(wrench.t[0]), float(wrench.t[-1])),
+        (episode.name, f" ({kind})."),
     )
 
 
@@ -57,7 +56,7 @@ def _sides(wrench: Wrench) -> tuple[tuple[str, Array | None], ...]:
     return ("before", wrench.before), ("after", wrench.after)
 
 
-def _channel(channel: int, wrenches: Sequence[Wrench], kind: str) -> Html:
+def _channel(channel: int, wrenches: Sequence[Wrench], kind: str) -> Figure:
     name, unit = CHANNELS[channel]
     recorded = np.concatenate([wrench.recorded[:, channel] for wrench in wrenches])
     reach = float(np.abs(recorded[np.isfinite(recorded)]).max(initial=0.0)) * 1.25 or 1.0
@@ -72,14 +71,13 @@ def _channel(channel: int, wrenches: Sequence[Wrench], kind: str) -> Html:
     text = f"RMS error: {', '.join(errors)}." if errors else "No model wrench."
     axes = label(f"recorded, {unit}", WIDTH - 8.0, _TOP + _PLOT_SIZE + 32.0, "tick", "end")
     described = f"Required versus recorded {name} on {kind} pushes. On the diagonal both agree. {text}"
-    caption = [tag("b", name.capitalize()), f", {kind} pushes. {text}"]
     return figure(
         f"agreement-{channel}",
         f"Agreement in {name}",
         described,
         _TOP + _PLOT_SIZE + 40.0,
-        join([plots, axes]),
-        caption,
+        [plots, axes],
+        (name.capitalize(), f", {kind} pushes. {text}"),
     )
 
 
@@ -93,7 +91,7 @@ def _rms(error: Array) -> float | None:
     return float(np.sqrt(np.mean(seen**2))) if len(seen) else None
 
 
-def _scatter_plot(place: int, side: str, recorded: Array, required: Array, reach: float) -> Html:
+def _scatter_plot(place: int, side: str, recorded: Array, required: Array, reach: float) -> Markup:
     left = _LEFT + place * (_PLOT_SIZE + _PLOT_GAP)
     values, places = ticks(-reach, reach, most=3)
     offsets = _project(np.array(values), reach)
@@ -131,13 +129,12 @@ def _scatter_plot(place: int, side: str, recorded: Array, required: Array, reach
     )
 
 
-def _dots(left: float, side: str, recorded: Array, required: Array, reach: float) -> Html:
+def _dots(left: float, side: str, recorded: Array, required: Array, reach: float) -> Markup:
     seen = np.isfinite(recorded) & np.isfinite(required)
     few = slice(None, None, max(1, int(seen.sum()) // _MAX_POINTS))
     x = left + _project(recorded[seen][few], reach)
     y = _TOP + _PLOT_SIZE - _project(required[seen][few], reach)
-    offsets = "".join(f"M{format_number(a)} {format_number(b)}h0" for a, b in zip(x, y, strict=True))
-    return tag("path", d=offsets, class_=f"dots {side}")
+    return dots(np.column_stack([x, y]), f"dots {side}")
 
 
 def _project(values: Array, reach: float) -> Array:

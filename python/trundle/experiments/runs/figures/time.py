@@ -1,162 +1,139 @@
-"""Figures over time: estimates against true values, and the push."""
+"""Figures over time: estimates against true values, the accuracy of the wheel's position, and the push."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from trundle.experiments.runs.history import WHEEL, Episode, named_effects
+from trundle.experiments.runs.history import WHEEL, Episode
 from trundle.report import wording
-from trundle.report.figures import lanes
-from trundle.report.figures.canvas import figure
-from trundle.report.figures.lanes import Curve, Lane, Marks
-from trundle.report.markup import Html
+from trundle.report.figures.canvas import Figure
+from trundle.report.figures.ellipse import ellipse_axes
+from trundle.report.figures.lanes import Curve, Lane, Marks, bounds, lane_figure
 from trundle.report.quantity import key_to_words
-from trundle.report.series import Array
 
-__all__ = ["beliefs", "others", "push", "wheel"]
+__all__ = ["WHEEL_TITLES", "added", "beliefs", "estimate_title", "push"]
 
-Numbers = Sequence[tuple[str, str]]
-"""Names of estimates, and their titles with units."""
-
-PLACE_NUMBERS: Numbers = ((f"{WHEEL}.x", "wheel, x, m"), (f"{WHEEL}.y", "wheel, y, m"))
-DRAG_NUMBERS: Numbers = (
-    ("least", "least drag, N·s/m"),
-    ("most", "most drag, N·s/m"),
-    ("body.mass", "mass, kg"),
-)
+MIN_DISTANCE_M, MAX_DISTANCE_M = 1e-4, 1.0
+"""Range of the distances that are drawn; an unknown position is drawn at the upper end."""
+MIN_SPAN = 0.05
+"""Smallest range of an axis, as a share of its largest value."""
 CAPTION = "Line and band: estimate with two standard deviations, clipped to the frame. Dashes: true value."
 
+WHEEL_TITLES = {
+    f"{WHEEL}.x": "wheel, x",
+    f"{WHEEL}.y": "wheel, y",
+    "least": "least drag",
+    "most": "most drag",
+    "angle": "direction of least drag",
+}
+"""Titles of the wheel's estimates."""
 
-def wheel(identity: str, episode: Episode) -> Html | None:
-    """Return the wheel's position over time."""
-    return draw_lanes(
-        f"{identity}-place", "The wheel's position over time", episode, PLACE_NUMBERS, height=98.0
+
+def beliefs(identity: str, episode: Episode) -> list[Figure]:
+    """Return the accuracy of the wheel's position, the position, and drag and mass over time."""
+    place, rest = (f"{WHEEL}.x", f"{WHEEL}.y"), ("least", "most", "body.mass")
+    found = (
+        accuracy(identity, episode),
+        estimates(f"{identity}-place", "The wheel's position over time", episode, place, height=98.0),
+        estimates(f"{identity}-rest", "Drag and mass over time", episode, rest),
     )
+    return [figure for figure in found if figure is not None]
 
 
-def beliefs(identity: str, episode: Episode) -> Html | None:
-    """Return the wheel's drag and the mass over time."""
-    return draw_lanes(f"{identity}-rest", "Drag and mass over time", episode, DRAG_NUMBERS)
-
-
-def others(identity: str, episode: Episode) -> Html | None:
-    """Return estimates of added effects and of the body, except its mass, over time."""
-    known = {"body.mass", *(f"{WHEEL}.{name}" for name in ("x", "y", "angle", "mu_x", "mu_y"))}
-    units = {each.name: each.unit for update in episode.updates for each in update.estimates}
-    titles = [(name, f"{parameter_title(name)}{f', {unit}' if unit else ''}") for name, unit in units.items()]
-    chosen = [(name, text) for name, text in titles if name not in known]
-    return draw_lanes(f"{identity}-others", "Parameters of added effects over time", episode, chosen)
-
-
-def parameter_title(name: str) -> str:
-    """Return a parameter's title."""
-    kind, _, parameter = name.rpartition(".")
-    return (
-        key_to_words(parameter)
-        if kind == "body"
-        else f"{wording.effect_name(kind)}, {key_to_words(parameter)}"
-    )
-
-
-def draw_lanes(
-    identity: str, name: str, episode: Episode, numbers: Numbers, height: float = 60.0
-) -> Html | None:
-    """Return a lane for each estimated number; None without any."""
-    lanes_of = (estimate_lane(episode, key, text, height) for key, text in numbers)
-    found = [lane for lane in lanes_of if lane is not None]
+def accuracy(identity: str, episode: Episode) -> Figure | None:
+    """Return error and 95 % radius of the wheel's position; None without a true and an estimated wheel."""
+    found = [
+        (update.time, ellipse_axes(update.wheel_covariance, 1.0, MAX_DISTANCE_M)[0], error)
+        for update in episode.updates
+        if (error := episode.wheel_error(update)) is not None and update.wheel_covariance is not None
+    ]
     if not found:
         return None
-    added = named_effects(episode)
-    caption = " ".join(
-        [CAPTION, *(f"{n}: {wording.effect_name(kind)} added." for n, (_, kind) in enumerate(added, 1))]
-    )
-    marks = Marks(events=[(time, str(number)) for number, (time, _) in enumerate(added, 1)])
-    drawing, total = lanes.draw(found, time_span(episode), marks)
-    return figure(identity, name, f"{name}. {caption}", total, drawing, caption)
+    t, radius, error = np.array(found).T
+    radius, error = (np.log10(np.clip(values, MIN_DISTANCE_M, MAX_DISTANCE_M)) for values in (radius, error))
+    limits = min(float(np.floor(min(radius.min(), error.min()))), -1.0), 0.0
+    line = Curve("estimated", np.append(np.repeat(t, 2)[1:], episode.t[-1]), np.repeat(radius, 2))
+    points = Curve("error", t, error, is_dotted=True)
+    lane = Lane("distance from the true wheel", (line, points), limits, height=150.0, is_log_distance=True)
+    caption = "Line: radius of the 95 % ellipse; points: error of the estimate."
+    return draw(f"{identity}-closing", "Accuracy of the wheel's position", caption, [lane], episode)
 
 
-def estimate_lane(episode: Episode, key: str, text: str, height: float) -> Lane | None:
-    """Return the lane of one number."""
-    pieces = list(estimate_pieces(episode, key))
-    if not pieces:
+def added(identity: str, episode: Episode) -> Figure | None:
+    """Return estimates of added effects and of the body, except its mass, over time."""
+    found = dict.fromkeys(name for update in episode.updates for name in update.estimates)
+    names = [n for n in found if n not in (*WHEEL_TITLES, "body.mass") and not n.startswith(f"{WHEEL}.")]
+    return estimates(f"{identity}-others", "Parameters of added effects over time", episode, names)
+
+
+def estimate_title(name: str) -> str:
+    """Return the title of an estimate."""
+    kind, _, parameter = name.rpartition(".")
+    words = key_to_words(parameter)
+    return WHEEL_TITLES.get(name) or (words if kind == "body" else f"{wording.effect_name(kind)}, {words}")
+
+
+def estimates(
+    identity: str, title: str, episode: Episode, names: Iterable[str], height: float = 60.0
+) -> Figure | None:
+    """Return a lane for each estimate with a number; None without any."""
+    found = [estimate_lane(episode, name, height) for name in names]
+    rows = [lane for lane in found if lane is not None]
+    if not rows:
         return None
-    end = episode.t[-1]
-    bands = [Curve("held", t, mean, 2.0 * sd) for t, mean, sd in pieces]
-    curves = [Curve("believed", t, mean) for t, mean, _ in pieces]
-    true = episode.true_value(key)
+    named = [(update.time, name) for update in episode.updates for name in update.named]
+    notes = [f"{number}: {wording.effect_name(name)} added." for number, (_, name) in enumerate(named, 1)]
+    marks = Marks(events=[(time, str(number)) for number, (time, _) in enumerate(named, 1)])
+    return draw(identity, title, " ".join([CAPTION, *notes]), rows, episode, marks)
+
+
+def estimate_lane(episode: Episode, name: str, height: float) -> Lane | None:
+    """Return the lane of one number, constant between fits, with gaps where it is not identifiable."""
+    none = {"mean": None, "sd": None, "unit": ""}
+    found = [update.estimates.get(name, none) for update in episode.updates]
+    mean, sd = (np.repeat(np.array([each[key] for each in found], float), 2) for key in ("mean", "sd"))
+    if not np.isfinite(mean).any():
+        return None
+    end, true = episode.t[-1], episode.true_value(name)
+    t = np.append(np.repeat([update.time for update in episode.updates], 2)[1:], end)
+    band = Curve("interval", t, mean, 2.0 * np.nan_to_num(sd))
     real = [] if true is None else [Curve("true", np.array([0.0, end]), np.array([true, true]))]
     # The first estimate is often far off. It does not determine the limits.
-    later = bands if len(episode.updates) < 3 else list(bands_since(bands, episode.updates[1].time))
-    return Lane(text, (*bands, *real, *curves), widen_limits(*lanes.bounds([*later, *real])), height)
+    late = slice(2 if len(found) > 2 and np.isfinite(mean[2:]).any() else 0, None)
+    low, high = bounds([Curve("interval", t[late], mean[late], 2.0 * np.nan_to_num(sd[late])), *real])
+    widen = max(MIN_SPAN * max(abs(low), abs(high)) - (high - low), 0.0) / 2
+    title = ", ".join(filter(None, [estimate_title(name), max(each["unit"] for each in found)]))
+    return Lane(title, (band, *real, Curve("estimated", t, mean)), (low - widen, high + widen), height)
 
 
-def widen_limits(low: float, high: float) -> tuple[float, float]:
-    """Return limits that are at least 5 % of the value apart."""
-    lacking = max(0.05 * max(abs(low), abs(high)) - (high - low), 0.0)
-    return low - lacking / 2, high + lacking / 2
-
-
-def bands_since(bands: Sequence[Curve], since: float) -> Iterator[Curve]:
-    """Return the parts of bands from a time on."""
-    for band in bands:
-        late = band.t >= since - 1e-9
-        if late.any() and band.width is not None:
-            yield Curve(band.style, band.t[late], band.y[late], band.width[late])
-
-
-def estimate_pieces(episode: Episode, key: str) -> Iterator[tuple[Array, Array, Array]]:
-    """Return time, mean and standard deviation where a number was identifiable, constant between updates."""
-    ends = [*(update.time for update in episode.updates), float(episode.t[-1])][1:]
-    piece: list[tuple[float, float, float]] = []
-    for update, end in zip(episode.updates, ends, strict=True):
-        held = update.value(key)
-        if held is None or held.mean is None:
-            yield from as_arrays(piece)
-            piece = []
-        else:
-            piece += [(update.time, held.mean, held.sd or 0.0), (end, held.mean, held.sd or 0.0)]
-    yield from as_arrays(piece)
-
-
-def as_arrays(piece: Sequence[tuple[float, float, float]]) -> Iterator[tuple[Array, Array, Array]]:
-    """Yield a piece as arrays if it is not empty."""
-    if piece:
-        t, mean, sd = np.array(piece).T
-        yield t, mean, sd
-
-
-def push(identity: str, episode: Episode) -> list[Html]:
+def push(identity: str, episode: Episode) -> list[Figure]:
     """Return the distance to the goal, and the wrench on the object, over time."""
-    t = episode.t
-    degrees = np.abs(np.degrees(episode.heading_error))
-    way = (
-        Lane(
-            "distance to the goal, m",
-            (Curve("done", t, episode.distance),),
-            limits_from_zero(episode.distance),
-        ),
-        Lane("heading error, °", (Curve("done", t, degrees),), limits_from_zero(degrees)),
-    )
-    forces = (
-        Lane("force along the object, N", (Curve("done", t, episode.wrench[:, 0]),)),
-        Lane("force across it, N", (Curve("done", t, episode.wrench[:, 1]),)),
-        Lane("torque about the gripper, N·m", (Curve("done", t, episode.wrench[:, 2]),)),
-    )
-    found = []
-    for key, name, rows in (("way", "Distance to the goal", way), ("wrench", "Wrench on the object", forces)):
-        drawing, height = lanes.draw(rows, time_span(episode))
-        text = f"{name} over time."
-        found.append(figure(f"{identity}-{key}", name, text, height, drawing, text))
-    return found
+    t, degrees = episode.t, np.abs(np.degrees(episode.heading_error))
+    way = [
+        Lane(name, (Curve("measured", t, values),), (0.0, 1.06 * max(float(np.nanmax(values)), 1e-6)))
+        for name, values in (("distance to the goal, m", episode.distance), ("heading error, °", degrees))
+    ]
+    names = ("force along the object, N", "force across it, N", "torque about the gripper, N·m")
+    wrench = [
+        Lane(name, (Curve("measured", t, episode.wrench[:, column]),)) for column, name in enumerate(names)
+    ]
+    return [
+        draw(f"{identity}-way", "Distance to the goal", "", way, episode),
+        draw(f"{identity}-wrench", "Wrench on the object", "", wrench, episode),
+    ]
 
 
-def limits_from_zero(values: Array) -> tuple[float, float]:
-    """Return limits from zero on."""
-    return 0.0, 1.06 * max(float(np.nanmax(values)), 1e-6)
-
-
-def time_span(episode: Episode) -> tuple[float, float]:
-    """Return the time range of the figures, s."""
-    return 0.0, float(episode.t[-1])
+def draw(
+    identity: str,
+    title: str,
+    caption: str,
+    rows: Sequence[Lane],
+    episode: Episode,
+    marks: Marks | None = None,
+) -> Figure:
+    """Return a figure of lanes over the episode."""
+    text = f"{title}. {caption}" if caption else f"{title} over time."
+    span = (0.0, float(episode.t[-1]))
+    return lane_figure(identity, title, text, rows, span, ("", caption or text), marks=marks)

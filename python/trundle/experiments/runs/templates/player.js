@@ -1,20 +1,21 @@
 "use strict";
 for (const player of document.querySelectorAll(".player")) {
-  const told = JSON.parse(player.querySelector("script").textContent);
-  const [moving, way, belief, force] = [".moving", ".way", ".belief", ".force"].map(name => player.querySelector(name));
+  const frames = JSON.parse(player.querySelector("script").textContent);
+  const [object, track, estimate, force] =
+    [".moving", ".track", ".estimate-marks", ".force"].map(name => player.querySelector(name));
   const [controls, button, slider, output] =
     [".controls", "button", "input", "output"].map(name => player.querySelector(name));
-  const end = told.poses.length - 1;
+  const end = frames.poses.length - 1;
   let timer = 0;
   const show = index => {
-    const [x, y, turn] = told.poses[index];
-    moving.setAttribute("transform", `translate(${x} ${y}) rotate(${turn})`);
-    way.setAttribute("points", told.way.slice(0, index + 1).join(" "));
-    force.setAttribute("d", told.force[index]);
-    belief.innerHTML = told.beliefs.filter(([start]) => start <= index).pop()[1];
-    output.textContent = told.said[index];
+    const [x, y, turn] = frames.poses[index];
+    object.setAttribute("transform", `translate(${x} ${y}) rotate(${turn})`);
+    track.setAttribute("points", frames.poses.slice(0, index + 1).map(([x, y]) => `${x},${y}`).join(" "));
+    force.setAttribute("d", frames.forces[index]);
+    estimate.innerHTML = frames.estimates.filter(([start]) => start <= index).pop()[1];
+    output.textContent = frames.texts[index];
     slider.value = index;
-    slider.setAttribute("aria-valuetext", told.said[index]);
+    slider.setAttribute("aria-valuetext", frames.texts[index]);
   };
   const stop = () => {
     clearInterval(timer);
@@ -28,7 +29,7 @@ for (const player of document.querySelectorAll(".player")) {
   button.addEventListener("click", () => {
     if (timer) return stop();
     if (Number(slider.value) >= end) show(0);
-    timer = setInterval(step, 1000 * told.period);
+    timer = setInterval(step, 1000 * frames.period);
     button.textContent = "Pause";
   });
   slider.addEventListener("input", () => {
