@@ -21,11 +21,11 @@ ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 def algorithm(settings: Settings, seed: int, worlds: Worlds) -> Algorithm:
     """Return an untrained algorithm."""
-    told = dict(settings.hyperparameters)
+    told = settings.hyperparameters
     for key in ("learning_rate", "clip_range"):
         if isinstance(told.get(key), str) and told[key].startswith("lin_"):
             told[key] = linear_schedule(float(told[key].removeprefix("lin_")))
-    network = dict(settings.policy_kwargs)
+    network = settings.network
     if "activation_fn" in network:
         network["activation_fn"] = ACTIVATIONS[network["activation_fn"]]
     chosen = ALGORITHMS[settings.algorithm]
@@ -64,7 +64,7 @@ def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) 
         entries=worlds.batch.observation_space.shape[0],
         frame=settings.frame,
         frame_stack=settings.frame_stack,
-        activation=settings.policy_kwargs.get("activation_fn", "relu" if squashed else "tanh"),
+        activation=settings.network.get("activation_fn", "relu" if squashed else "tanh"),
         squashed=squashed,
         clip_obs=float(clip),
     )
