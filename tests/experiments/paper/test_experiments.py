@@ -1,20 +1,23 @@
 """Small versions of the experiments: what each must show, or the section says something false."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from trundle.experiments.paper import EXPERIMENTS, Options
+from trundle.experiments.paper import EXPERIMENTS
+from trundle.experiments.paper.experiment import Settings, read
 from trundle.experiments.results import Row
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 
 
-def performed(name: str, trial: Row, **changed: Any) -> tuple[dict[str, Any], Row]:
+def performed(name: str, trial: Row, **changed: Any) -> tuple[Any, Row]:
     """One trial of an experiment with some settings changed."""
     experiment = EXPERIMENTS[name]
-    settings = experiment.settings(Options(CONFIGS)) | changed
+    file = experiment.__name__.rpartition(".")[2]
+    settings: Settings = replace(read(experiment.Settings, file, CONFIGS), **changed)
     return settings, {**trial, **experiment.perform(settings, trial), "seconds": 1.0}
 
 
@@ -24,9 +27,9 @@ def test_fig6_physics_needs_few_observations_and_lines_only_do_for_linear_object
 ) -> None:
     trial = {"reading": "cm_deg", "object": thing, "seed": 3}
     settings, row = performed("fig6", trial, counts=[8, 50], learners=["pbr", "lr", "lwr"])
-    assert row["r2"]["pbr"][0] >= settings["threshold"]
-    assert row["r2"]["lr"][0] < settings["threshold"]
-    assert (row["r2"]["lr"][1] >= settings["threshold"]) == linear
+    assert row["r2"]["pbr"][0] >= settings.threshold
+    assert row["r2"]["lr"][0] < settings.threshold
+    assert (row["r2"]["lr"][1] >= settings.threshold) == linear
     assert row["coasting"] < 0.5
 
 
@@ -54,14 +57,14 @@ def test_fig8_noise_costs_physics_less() -> None:
 def test_open_loop_a_right_model_arrives_and_a_wrong_one_does_not() -> None:
     trial = {"hold": 0.5, "axes": "object", "object": "office_table:locked", "seed": 0}
     settings, row = performed("open-loop", trial, sizes=[0.0, 0.3], counts=[])
-    radius = settings["things"][trial["object"]]["radius"]
+    radius = settings.task_objects[trial["object"]].radius
     right, wrong = row["runs"]
     assert right["r2"] == 1.0
     assert right["error"] < 0.05 * radius
     assert not right["touched"]
-    assert right["poses"][-1][:2] == pytest.approx([settings["length"], 0.0], abs=0.05 * radius)
-    assert max(abs(pose[1]) for pose in right["poses"]) > settings["obstacle"]  # around it
-    assert wrong["r2"] < settings["threshold"]
+    assert right["poses"][-1][:2] == pytest.approx([settings.length, 0.0], abs=0.05 * radius)
+    assert max(abs(pose[1]) for pose in right["poses"]) > settings.obstacle  # around it
+    assert wrong["r2"] < settings.threshold
     assert wrong["error"] > radius
     assert wrong["planned"] < 0.05 * radius  # it is the model that is wrong, not the plan
 
@@ -70,7 +73,7 @@ def test_open_loop_a_right_model_arrives_and_a_wrong_one_does_not() -> None:
 def test_wheel_is_found_once_dry_friction_may_be_in_the_model() -> None:
     trial = {"friction": "support_friction", "seed": 0}
     settings, row = performed("wheel", trial, episodes=3)
-    assert row["fits"]["support_friction"]["error"] < settings["limit"] < row["fits"]["wheel"]["error"]
+    assert row["fits"]["support_friction"]["error"] < settings.limit < row["fits"]["wheel"]["error"]
     assert row["fits"]["support_friction"]["evidence"] > row["fits"]["coulomb_friction"]["evidence"]
 
 

@@ -6,7 +6,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, select_backend
+from trundle.cli.options import add_backend, add_quiet, positive_int, select_backend
 
 HELP = "Run an experiment of the paper and write its table and figures to docs/paper.md."
 EXAMPLE = "trundle paper fig6 --quick"
@@ -19,7 +19,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the experiment, its size and the folders."""
     parser.add_argument("experiment", choices=CHOICES, help="experiment to run; all: every one in turn")
     parser.add_argument(
-        "--seeds", metavar="N", type=int, help="number of seeds (default: as in the experiment's settings)"
+        "--seeds",
+        metavar="N",
+        type=positive_int,
+        help="number of seeds (default: as in the experiment's settings)",
     )
     parser.add_argument(
         "--quick", action="store_true", help="run a small version and write to paper-quick/ instead of docs/"
@@ -56,19 +59,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the selected experiments in turn."""
-    from trundle.experiments.paper.experiment import Options
     from trundle.experiments.paper.run import run_one
 
     out = args.out or Path("paper-quick" if args.quick else "docs")
-    options = Options(args.configs, args.seeds, args.quick)
     work = args.work or Path(tempfile.gettempdir()) / "trundle-paper"
     for name in CHOICES[1:] if args.experiment == "all" else [args.experiment]:
         text = run_one(
             name,
-            options,
+            args.configs,
             work,
             out,
             backend=select_backend(args),
+            seeds=args.seeds,
+            quick=args.quick,
             fresh=args.fresh,
             redraw=args.redraw,
             quiet=args.quiet,
