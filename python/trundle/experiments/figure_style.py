@@ -87,6 +87,6 @@ def share_limits(axes: Sequence[Axes]) -> None:
         one.set(xlim=(min(x), max(x)), ylim=(min(y), max(y)), aspect="equal")
 
 
-def legend(axes: Axes, fontsize: int = 8, **more: Any) -> None:
-    """Add a legend in the common style."""
-    axes.legend(fontsize=fontsize, frameon=False, **more)
+def legend(of: Axes | Figure, fontsize: int = 8, **more: Any) -> None:
+    """Add a legend in the common style to axes or to a figure."""
+    of.legend(fontsize=fontsize, frameon=False, **more)

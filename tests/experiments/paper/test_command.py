@@ -31,7 +31,7 @@ def test_a_section_with_its_figure_and_results_is_written_and_redrawn(
 
 @pytest.mark.parametrize(
     ("more", "words"),
-    [(["--redraw"], "no results"), (["--seeds", "0"], "--seeds"), (["--configs", "nowhere"], "--configs")],
+    [(["--redraw"], "no results"), (["--configs", "nowhere"], "--configs")],
 )
 def test_what_cannot_be_run_is_said(
     more: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -40,3 +40,9 @@ def test_what_cannot_be_run_is_said(
     assert main(line) == 2
     assert words in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_run_needs_at_least_one_seed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["paper", "fig8", "--quick", "--out", str(tmp_path / "out"), "--seeds", "0"])
+    assert "--seeds: '0' is not a positive integer" in capsys.readouterr().err

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from trundle.agent import AdaptiveAgent
 from trundle.rules import Count, EnvOptions, Natural, Positive, Rule, pattern
 from trundle.settings import SettingsError, check_argument_types, read_settings
 
-__all__ = ["Agent", "Settings", "Target", "Worlds", "read"]
+__all__ = ["Agent", "Settings", "Target", "Trial", "Worlds", "read"]
 
 FORMAT = "trundle-compare/1"
 
@@ -124,6 +124,15 @@ class Target:
             raise SettingsError("give least or most")
 
 
+class Trial(NamedTuple):
+    """An episode: names of worlds and agent, number of the training run, seed."""
+
+    worlds: str
+    agent: str
+    run: int
+    seed: int
+
+
 @dataclass(frozen=True)
 class Settings:
     """Settings of a comparison.
@@ -162,6 +171,17 @@ class Settings:
             check_names("pairs: unknown agent", pair, self.agents)
         check_names("targets: unknown agent", (one.agent for one in self.targets), self.agents)
         check_names("targets: unknown worlds", (one.worlds for one in self.targets), self.worlds)
+
+    @property
+    def trials(self) -> list[Trial]:
+        """Every episode, in the order of the results."""
+        return [
+            Trial(name, agent, run, seed)
+            for name, worlds in self.worlds.items()
+            for agent in worlds.agents
+            for run in self.agents[agent].runs
+            for seed in worlds.seeds
+        ]
 
 
 def check_names(complaint: str, names: Iterable[str], known: Collection[str]) -> None:
