@@ -3,54 +3,34 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from trundle.experiments import versions
-from trundle.experiments.backends import Backend
 from trundle.experiments.comparison.config import Settings, Trial, read
 from trundle.experiments.comparison.document import write_document
 from trundle.experiments.comparison.episode import make_player, play_unit
 from trundle.experiments.comparison.results import write_costs, write_results
 from trundle.experiments.comparison.world import make_world
+from trundle.experiments.execution import Execution
 from trundle.experiments.results import Row
-from trundle.experiments.runner import Runner, Unit
+from trundle.experiments.runner import Unit
 from trundle.recording import TrundleError
 
 __all__ = ["compare"]
 
 
-def compare(
-    config: Path,
-    work: Path,
-    out: Path,
-    *,
-    backend: Backend,
-    count: int | None = None,
-    fresh: bool = False,
-    redraw: bool = False,
-    quiet: bool = False,
-) -> str:
+def compare(config: Path, execution: Execution, count: int | None = None) -> str:
     """Run the unfinished episodes of a comparison, and write its results and its document.
 
     Parameters
     ----------
     config : Path
         Settings file.
-    work : Path
-        Folder of finished episodes.
-    out : Path
-        Folder of the document, of the results and of `images/`.
-    backend : Backend
-        Where episodes run.
+    execution : Execution
+        The document, the results and `images/` are in its folder `out`.
     count : int, optional
         Largest number of worlds of each group, from the first on.
-    fresh, redraw : bool
-        Discard finished episodes; or only write the document.
-    quiet : bool
-        Show no progress.
 
     Returns
     -------
@@ -66,18 +46,15 @@ def compare(
     if count is not None:
         worlds = {name: replace(one, count=min(one.count, count)) for name, one in settings.worlds.items()}
         settings = replace(settings, worlds=worlds)
-    if not redraw:
-        store = work / settings.name
-        if fresh:
-            shutil.rmtree(store, ignore_errors=True)
+    if not execution.redraw:
         digests = policy_digests(settings)
         check_players(config, settings)
-        found = play_all(settings, digests, Runner(store, versions.of_package(), backend, quiet))
-        folder = out / settings.name
+        found = play_all(settings, digests, execution)
+        folder = execution.out / settings.name
         rows = {trial: one["row"] for trial, one in found.items()}
         write_results(folder / "results.jsonl", settings, digests, rows)
         write_costs(folder / "costs.json", {trial: one["cost"] for trial, one in found.items()})
-    return write_document(out, settings, config)
+    return write_document(execution.out, settings, config)
 
 
 def policy_digests(settings: Settings) -> dict[str, str]:
@@ -101,14 +78,14 @@ def check_players(config: Path, settings: Settings) -> None:
                 raise TrundleError(f"{config}: {agent} in [worlds.{name}]: {error}") from error
 
 
-def play_all(settings: Settings, digests: Mapping[str, str], runner: Runner) -> dict[Trial, Row]:
+def play_all(settings: Settings, digests: Mapping[str, str], execution: Execution) -> dict[Trial, Row]:
     """Run the episodes without a result; return each one's row and cost.
 
     All first worlds run before all second ones, so that a part is a comparison too.
     """
     order = sorted(settings.trials, key=lambda trial: trial.seed - settings.worlds[trial.worlds].first)
     units = [episode_unit(settings, digests, trial) for trial in order]
-    results = dict(zip(order, runner.run("playing", units), strict=True))
+    results = dict(zip(order, execution.run(settings.name, "playing", units), strict=True))
     return {trial: results[trial] for trial in settings.trials}
 
 

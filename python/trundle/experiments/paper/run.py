@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Iterable
 from pathlib import Path
 
-from trundle.experiments import figure_style, versions
-from trundle.experiments.backends import Backend
-from trundle.experiments.markdown import prose
-from trundle.experiments.paper import EXPERIMENTS, document
+from trundle.experiments import figure_style
+from trundle.experiments.execution import Execution
+from trundle.experiments.markdown import prose, replace_section
+from trundle.experiments.paper import EXPERIMENTS
 from trundle.experiments.paper.experiment import Settings, parse_settings, read
 from trundle.experiments.results import Row, read_trials, write_trials
-from trundle.experiments.runner import Runner, Unit
+from trundle.experiments.runner import Unit
 from trundle.settings import typed
 
 __all__ = ["run_one"]
 
+HEAD = """# The paper's experiments
+
+The evaluation of Scholz, Levihn, Isbell, Christensen and Stilman, "Learning Non-Holonomic Object Models for
+Mobile Manipulation", section V, done again in simulation, and what that paper left open. Every section is
+written by its command from the results in [paper/](paper/); `trundle paper all` writes all of them.
+"""
+
 
 def run_one(
-    name: str,
-    configs: Path,
-    work: Path,
-    out: Path,
-    *,
-    backend: Backend,
-    seeds: int | None = None,
-    quick: bool = False,
-    fresh: bool = False,
-    redraw: bool = False,
-    quiet: bool = False,
+    name: str, configs: Path, execution: Execution, *, seeds: int | None = None, quick: bool = False
 ) -> str:
     """Run an experiment and write its results and its section.
 
@@ -40,56 +36,43 @@ def run_one(
         One of `EXPERIMENTS`.
     configs : Path
         Folder of `experiments/` and `objects/`.
-    work : Path
-        Folder of finished trials; an interrupted experiment continues from it.
-    out : Path
-        Folder of `paper.md`, `paper/` and `images/`.
-    backend : Backend
-        Where trials run.
+    execution : Execution
+        `paper.md`, `paper/` and `images/` are in its folder `out`. With `redraw` the settings are those of
+        the results.
     seeds, quick
         See `trundle.experiments.paper.experiment.read`.
-    fresh : bool
-        Discard earlier trials.
-    redraw : bool
-        Run no trial; write the section from the results in `out`, whatever their settings.
-    quiet : bool
-        Show no progress.
 
     Returns
     -------
     str
         The section.
     """
-    experiment = EXPERIMENTS[name]
+    experiment, out = EXPERIMENTS[name], execution.out
     file = experiment.__name__.rpartition(".")[2]
     path = out / "paper" / f"{file}.jsonl"
-    if not redraw:
+    if not execution.redraw:
         settings = read(experiment.Settings, file, configs, quick=quick, seeds=seeds)
-        if fresh:
-            shutil.rmtree(work / name, ignore_errors=True)
-        runner = Runner(work / name, versions.of_package(), backend, quiet)
-        write_trials(path, settings.plain(), run_trials(name, settings, runner))
+        write_trials(path, settings.plain(), run_trials(name, settings, execution))
     stored, rows = read_trials(path)
     settings = parse_settings(path, experiment.Settings, stored)
     text = prose("paper", file, s=settings, **experiment.values(settings, rows))
     text = f"{text}\n\n{footer(name, file, settings, rows)}"
     figure_style.save(experiment.draw(settings, rows), out / "images" / f"paper_{file}.png")
-    document.replace_section(out / "paper.md", name, text, list(EXPERIMENTS))
+    replace_section(out / "paper.md", f"paper {name}", text, [f"paper {one}" for one in EXPERIMENTS], HEAD)
     return text
 
 
-def run_trials(name: str, settings: Settings, runner: Runner) -> Iterable[tuple[Row, Row, float]]:
+def run_trials(name: str, settings: Settings, execution: Execution) -> Iterable[tuple[Row, Row, float]]:
     """Run the trials without a result; return each one's name, results and duration, s."""
-    names = EXPERIMENTS[name].trials(settings)
+    trials = EXPERIMENTS[name].trials(settings)
     shared = {"name": name, "settings": settings.plain()}
+    labels = [", ".join(f"{key} {value}" for key, value in trial.items()) for trial in trials]
     units = [
-        Unit(
-            ", ".join(f"{key} {value}" for key, value in trial.items()), run_trial, {**shared, "trial": trial}
-        )
-        for trial in names
+        Unit(label, run_trial, {**shared, "trial": trial})
+        for label, trial in zip(labels, trials, strict=True)
     ]
-    results = runner.run(f"paper {name}", units)
-    return [(trial, one["found"], one["cost"]) for trial, one in zip(names, results, strict=True)]
+    results = execution.run(name, f"paper {name}", units)
+    return [(trial, one["found"], one["cost"]) for trial, one in zip(trials, results, strict=True)]
 
 
 def run_trial(name: str, settings: Row, trial: Row) -> Row:
