@@ -74,9 +74,13 @@ def plain(axes: Axes) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Save a figure; the same figure gives the same bytes."""
-    with atomic_file(path) as part:
-        figure.savefig(part, format=path.suffix[1:], dpi=DPI, metadata={"Software": None})
+    """Save a figure as PNG or SVG; the same figure gives the same bytes."""
+    from matplotlib import rc_context
+
+    kind = path.suffix[1:]
+    with atomic_file(path) as part, rc_context({"svg.hashsalt": "trundle"}):
+        varying = {"svg": "Date"}.get(kind, "Software")
+        figure.savefig(part, format=kind, dpi=DPI, metadata={varying: None})
 
 
 def share_limits(axes: Sequence[Axes]) -> None:

@@ -75,11 +75,11 @@ def expand_rows(line: Row) -> list[Row]:
 
 def definitions(settings: Settings) -> dict[str, dict[str, Any]]:
     """Return the definitions of worlds and agents as JSON values."""
-    whole = {
+    both = {
         "worlds": {name: worlds.identity for name, worlds in settings.worlds.items()},
         "agents": {name: {**agent.identity, "files": agent.files} for name, agent in settings.agents.items()},
     }
-    found: dict[str, dict[str, Any]] = json.loads(json.dumps(whole))
+    found: dict[str, dict[str, Any]] = json.loads(json.dumps(both))
     return found
 
 

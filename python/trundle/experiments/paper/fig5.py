@@ -93,12 +93,10 @@ def perform(settings: Settings, trial: Row) -> Row:
     found: Row = {}
     for method in METHODS:
         model, wheel = learn(recording, pushed, method, settings, trial["seed"])
-        every = open_loop(recording, model)
-        poses = {name: every[name] for name in episodes(trial).values()}
-        found[method] = {
-            "wheel": wheel,
-            "errors": {name: final_errors(*pair) for name, pair in poses.items()},
-        }
+        simulated = open_loop(recording, model)
+        poses = {name: simulated[name] for name in episodes(trial).values()}
+        errors = {name: final_errors(*pair) for name, pair in poses.items()}
+        found[method] = {"wheel": wheel, "errors": errors}
         if trial["seed"] == 0 and trial["pushes"] == 1:
             found[method]["drawn"] = {name: subsample(*pair) for name, pair in poses.items()}
     return found
@@ -120,15 +118,9 @@ def scenario(settings: Settings, trial: Row) -> dict[str, Any]:
         push.scenario(settings.jitter, rng)
         for push in (settings.push, settings.held_out, *settings.more[: trial["pushes"] - 1])
     )
-    return {
-        "name": case,
-        "held_out": 1,
-        "effect": [*pushed.effect, dry],
-        "push": [main, *more, last],
-        "gripper": settings.gripper,
-        "sensor": settings.sensor,
-        "tracker": settings.tracker,
-    }
+    instruments = {name: getattr(settings, name) for name in ("gripper", "sensor", "tracker")}
+    effects, pushes = [*pushed.effect, dry], [main, *more, last]
+    return {"name": case, "held_out": 1, "effect": effects, "push": pushes, **instruments}
 
 
 def learn(
@@ -149,14 +141,14 @@ def learn(
 def final_errors(observed: Floats, predicted: Floats) -> list[float]:
     """Return the error of the final pose (m, rad) and the distance travelled (m)."""
     dx, dy, turn = observed[-1] - predicted[-1]
-    way = observed[-1] - observed[0]
-    return [math.hypot(dx, dy), abs(math.remainder(turn, math.tau)), math.hypot(way[0], way[1])]
+    x, y, _ = observed[-1] - observed[0]
+    return [math.hypot(dx, dy), abs(math.remainder(turn, math.tau)), math.hypot(x, y)]
 
 
 def subsample(observed: Floats, predicted: Floats) -> dict[str, list[list[float]]]:
     """Return the poses to draw."""
-    kept = np.unique(np.linspace(0, len(observed) - 1, 41).astype(int))
-    return {"observed": observed[kept].tolist(), "predicted": predicted[kept].tolist()}
+    shown = np.unique(np.linspace(0, len(observed) - 1, 41).astype(int))
+    return {"observed": observed[shown].tolist(), "predicted": predicted[shown].tolist()}
 
 
 def values(settings: Settings, rows: Sequence[Row]) -> dict[str, object]:

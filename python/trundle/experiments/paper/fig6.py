@@ -103,7 +103,7 @@ def values(settings: Settings, rows: Sequence[Row]) -> dict[str, object]:
         "verdict": verdict(settings, counts, main),
         "verdicts": "\n".join(f"- {READINGS[one]}: {verdict(settings, counts, one)}" for one in others),
         "readings": table(["σ = 0.50 read as", *head], readings_table(settings, counts)),
-        "kept": sustained_text(settings, collect_counts(settings, rows, first_sustained)),
+        "sustained": sustained_text(settings, collect_counts(settings, rows, first_sustained)),
     }
 
 

@@ -104,41 +104,46 @@ def make_task(settings: Settings, trial: Row) -> dict[str, Any]:
 
 
 def collect_plans(settings: Settings, rows: Sequence[Row]) -> list[Row]:
-    """Return every plan, with `share` and `expected_share`: the final errors over the object's radius."""
+    """Return the plans that reach the goal on their own model.
+
+    `share` is the final error over the radius; `lack` is 1 − R², limited to the range of the figure.
+    """
     found = []
     for row in rows:
-        radius = settings.task_objects[row["object"]].radius
+        radius, variant = settings.task_objects[row["object"]].radius, (row["hold"], row["axes"])
         for run in row["runs"]:
             r2 = -math.inf if run["r2"] is None else run["r2"]
-            shares = {"share": run["error"] / radius, "expected_share": run["planned"] / radius}
-            found.append({**row, **run, "r2": r2, **shares, "variant": (row["hold"], row["axes"])})
+            more = {"r2": r2, "lack": min(max(1 - r2, 1.2e-7), 0.98), "share": run["error"] / radius}
+            if run["planned"] / radius < MAX_PLANNED_ERROR:
+                found.append({**row, **run, **more, "variant": variant})
     return found
 
 
-def arriving(plans: Sequence[Row], **wanted: Any) -> list[Row]:
-    """Return the plans that reach the goal on their own model and have the wanted values."""
-    own = [plan for plan in plans if plan["expected_share"] < MAX_PLANNED_ERROR]
-    return [plan for plan in own if all(plan[key] == value for key, value in wanted.items())]
+def select(plans: Sequence[Row], **wanted: Any) -> list[Row]:
+    """Return the plans that have the wanted values."""
+    return [plan for plan in plans if all(plan[key] == value for key, value in wanted.items())]
 
 
 def values(settings: Settings, rows: Sequence[Row]) -> dict[str, object]:
     """Return the values of the text."""
     plans = collect_plans(settings, rows)
     radii = [f"{title(name)} {one.radius:g} m" for name, one in settings.task_objects.items()]
-    exact = [plan["share"] for plan in arriving(plans, flaw=["off", 0.0])]
+    exact = [plan["share"] for plan in select(plans, flaw=["off", 0.0])]
+    count = sum(len(row["runs"]) for row in rows)
+    by_variant, by_object, answer = accuracy_texts(settings, plans)
     return {
         "largest_change": 100 * max(settings.sizes),
         "fewest": min(settings.counts),
         "most": max(settings.counts),
         "radii": ", ".join(radii),
-        "table": bands_table(arriving(plans, variant=settings.variants[0])),
+        "table": bands_table(select(plans, variant=settings.variants[0])),
         "exact": f"{median(exact).middle:.2g}",
         "worst": max(exact),
-        "variants": variants_table(settings, plans),
-        "objects": objects_table(settings, plans),
-        "answer": threshold_text(settings, plans),
-        "left_out": len(plans) - len(arriving(plans)),
-        "plans": len(plans),
+        "variants": by_variant,
+        "objects": by_object,
+        "answer": answer,
+        "left_out": count - len(plans),
+        "plans": count,
         "arrives": MAX_PLANNED_ERROR,
     }
 
@@ -183,42 +188,33 @@ def accuracy_text(value: float) -> str:
     return "any" if value < 0 else f"{value:.5f}" if value > 0.995 else f"{value:.3f}"
 
 
-def variants_table(settings: Settings, plans: Sequence[Row]) -> str:
-    """Return a table with the success and the required R² of each variant."""
-    lines = []
+def accuracy_texts(settings: Settings, plans: Sequence[Row]) -> tuple[str, str, str]:
+    """Return tables of the success and required R² by variant and of the success by object, and a sentence.
+
+    The success is that at the paper's threshold. The sentence compares the threshold with the required R².
+    """
+    threshold, lines, parts = settings.threshold, [], []
+    accurate = [plan for plan in plans if plan["r2"] >= threshold]
     for hold, axes in settings.variants:
-        those = arriving(plans, variant=(hold, axes))
-        limits = [accuracy_text(required_accuracy(those, share)) for share in (0.5, 0.8)]
-        lines.append([f"{hold:g} s", AXES[axes], accurate_success(settings, those), *limits])
-    head = ["each wrench is held", "axes", "within the radius at R² ≥ 0.995"]
-    return table([*head, "half do at R² =", "80 % do at R² ="], lines)
-
-
-def accurate_success(settings: Settings, plans: Sequence[Row]) -> str:
-    """Return the share of plans within the radius among those at the paper's threshold."""
-    return success_text([plan for plan in plans if plan["r2"] >= settings.threshold])
-
-
-def objects_table(settings: Settings, plans: Sequence[Row]) -> str:
-    """Return a table with the success at the paper's threshold by object and variant."""
-    lines = []
-    for name in settings.objects:
-        each = [arriving(plans, object=name, variant=variant) for variant in settings.variants]
-        lines.append([title(name), *(accurate_success(settings, those) for those in each)])
-    return table(["object", *(f"{hold:g} s, {AXES[axes]}" for hold, axes in settings.variants)], lines)
-
-
-def threshold_text(settings: Settings, plans: Sequence[Row]) -> str:
-    """Return a sentence that compares the paper's threshold with the R² for shares of 50 and 80 %."""
-    threshold, parts = settings.threshold, []
-    for hold, axes in settings.variants:
-        those = arriving(plans, variant=(hold, axes))
+        those = select(plans, variant=(hold, axes))
         half, most = (required_accuracy(those, share) for share in (0.5, 0.8))
+        success = success_text(select(accurate, variant=(hold, axes)))
+        lines.append([f"{hold:g} s", AXES[axes], success, accuracy_text(half), accuracy_text(most)])
         place = (
             "above both" if threshold >= most else "between the two" if threshold >= half else "below both"
         )
         parts.append(f"{place} for a wrench that {AXES[axes]} and is held for {hold:g} s")
-    return f"{threshold} lies {'; '.join(parts)}."
+    head = ["each wrench is held", "axes", "within the radius at R² ≥ 0.995"]
+    by_variant = table([*head, "half do at R² =", "80 % do at R² ="], lines)
+    head = ["object", *(f"{hold:g} s, {AXES[axes]}" for hold, axes in settings.variants)]
+    lines = [
+        [
+            title(name),
+            *(success_text(select(accurate, object=name, variant=one)) for one in settings.variants),
+        ]
+        for name in settings.objects
+    ]
+    return by_variant, table(head, lines), f"{threshold} lies {'; '.join(parts)}."
 
 
 def draw(settings: Settings, rows: Sequence[Row]) -> Figure:
@@ -227,14 +223,14 @@ def draw(settings: Settings, rows: Sequence[Row]) -> Figure:
     plans = collect_plans(settings, rows)
     for name, colour in zip(settings.objects, PALETTE, strict=False):
         for flaw, marker in (("off", "o"), ("learnt", "^")):
-            own = arriving(plans, object=name, variant=settings.variants[0])
-            those = [plan for plan in own if plan["flaw"][0] == flaw]
+            main = select(plans, object=name, variant=settings.variants[0])
+            those = [plan for plan in main if plan["flaw"][0] == flaw]
             y = [max(plan["share"], 1e-3) for plan in those]
-            x = list(map(plotted_one_minus_r2, those))
+            x = [plan["lack"] for plan in those]
             scatter.plot(x, y, marker, color=colour, markersize=3.5, alpha=0.55, markeredgewidth=0)
         scatter.plot([], [], "o", color=colour, label=title(name))
     for (hold, axes), colour in zip(settings.variants, PALETTE, strict=False):
-        curve = success_curve(arriving(plans, variant=(hold, axes)))
+        curve = success_curve(select(plans, variant=(hold, axes)))
         share.plot(*curve, color=colour, linewidth=1.5, label=f"{hold:g} s, {AXES[axes]}")
     for one in (scatter, share):
         one.axvline(1 - settings.threshold, color=GREY, linestyle="--", linewidth=0.8)
@@ -248,17 +244,12 @@ def draw(settings: Settings, rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def plotted_one_minus_r2(plan: Row) -> float:
-    """Return 1 − R², limited to the range of the figure."""
-    return float(min(max(1 - plan["r2"], 1.2e-7), 0.98))
-
-
 def success_curve(plans: Sequence[Row]) -> tuple[list[float], list[float]]:
     """Return 1 − R² and the share of plans within the radius, over moving windows of accuracy."""
     ordered = sorted(plans, key=lambda plan: -plan["r2"])
     window = max(len(ordered) // 8, 5)
     groups = [ordered[k : k + window] for k in range(0, len(ordered) - window + 1, max(window // 4, 1))]
-    x = [float(np.exp(np.mean(np.log(list(map(plotted_one_minus_r2, group)))))) for group in groups]
+    x = [float(np.exp(np.mean(np.log([plan["lack"] for plan in group])))) for group in groups]
     return x, [float(np.mean([plan["share"] < 1 for plan in group])) for group in groups]
 
 

@@ -151,8 +151,8 @@ class Settings:
 
     def plain(self) -> dict[str, Any]:
         """Return everything except the seeds that a training depends on, as plain values."""
-        kept = {key: value for key, value in asdict(self).items() if key in COMMON - {"name", "seeds"}}
-        return {**kept, "hyperparameters": self.hyperparameters, "policy_kwargs": self.network}
+        common = {key: value for key, value in asdict(self).items() if key in COMMON - {"name", "seeds"}}
+        return {**common, "hyperparameters": self.hyperparameters, "policy_kwargs": self.network}
 
     @property
     def digest(self) -> str:
