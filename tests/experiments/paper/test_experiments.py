@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from trundle.experiments.paper import EXPERIMENTS
-from trundle.experiments.paper.experiment import Settings, read
-from trundle.experiments.results import Row
+from trundle.experiments.paper.experiment import Settings, parse_settings, read
+from trundle.experiments.results import Row, read_trials
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 
@@ -19,6 +19,18 @@ def performed(name: str, trial: Row, **changed: Any) -> tuple[Any, Row]:
     file = experiment.__name__.rpartition(".")[2]
     settings: Settings = replace(read(experiment.Settings, file, CONFIGS), **changed)
     return settings, {**trial, **experiment.perform(settings, trial), "seconds": 1.0}
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_committed_results_are_readable(name: str) -> None:
+    experiment = EXPERIMENTS[name]
+    path = CONFIGS.parent / "docs" / "paper" / f"{experiment.__name__.rpartition('.')[2]}.jsonl"
+    stored, rows = read_trials(path)
+    settings = parse_settings(path, experiment.Settings, stored)
+    assert set(settings.task_objects) == set(settings.objects)
+    assert settings == parse_settings(path, experiment.Settings, settings.plain())
+    for trial, row in zip(experiment.trials(settings), rows, strict=True):
+        assert trial.items() <= row.items()
 
 
 @pytest.mark.parametrize(("thing", "linear"), [("shopping_cart", False), ("chair:free", True)])

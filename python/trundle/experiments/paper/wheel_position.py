@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,10 +56,8 @@ class Settings(experiment.Settings):
 
 def trials(settings: Settings) -> Sequence[Row]:
     """Return each seed under each friction."""
-    return [
-        {"friction": row["friction"], "seed": row["seed"]}
-        for row in product(seed=range(settings.seeds), friction=settings.frictions)
-    ]
+    every = product(friction=settings.frictions, seed=range(settings.seeds))
+    return sorted(every, key=itemgetter("seed"))
 
 
 def perform(settings: Settings, trial: Row) -> Row:
@@ -99,14 +98,9 @@ def draw_point(rng: np.random.Generator, body: dict[str, Any]) -> dict[str, floa
 def scenario(settings: Settings, hidden: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the scenario of a trial."""
     pushes = {name: getattr(settings, name) for name in ("duration", "speed", "spin")}
-    return {
-        "name": "a hidden wheel",
-        "held_out": settings.held_out,
-        "effect": hidden,
-        "sensor": settings.sensor,
-        "tracker": settings.tracker,
-        "random": {"count": settings.episodes, **pushes},
-    }
+    shared = {name: getattr(settings, name) for name in ("held_out", "sensor", "tracker")}
+    random = {"count": settings.episodes, **pushes}
+    return {"name": "a hidden wheel", "effect": hidden, "random": random, **shared}
 
 
 def fit_form(

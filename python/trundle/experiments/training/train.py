@@ -6,6 +6,7 @@ import importlib.util
 import json
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import torch
@@ -25,6 +26,8 @@ from trundle.experiments.training.worlds import Worlds, action_period, make_worl
 __all__ = ["Training", "has_flattened", "train_one"]
 
 Show = Callable[[str], object]
+CURVE_ABOUT = ("config", "digest", "seed", "algorithm", "env", "env_kwargs", "steps")
+"""Metadata of the policy that a curve's file repeats."""
 PLATEAU_SHARE = 0.2
 """Share of a curve that is compared with the share before it."""
 MIN_IMPROVEMENT = 0.02
@@ -106,25 +109,16 @@ class Training:
         """Write the results and delete the checkpoint."""
         policy = exported(self.settings, self.seed, learner, worlds)
         policy.save(self.policy_file)
-        steps = int(learner.num_timesteps)
+        about = asdict(policy.about)
         result = {
-            "config": self.settings.name,
-            "digest": self.settings.digest,
-            "seed": self.seed,
-            "algorithm": self.settings.algorithm,
-            "env": self.settings.env,
-            "env_kwargs": self.settings.env_kwargs,
-            "steps": steps,
-            "simulated_seconds": round(steps * action_period(self.settings), 3),
+            **{key: about[key] for key in CURVE_ABOUT},
+            "simulated_seconds": round(policy.about.steps * action_period(self.settings), 3),
             "parameters": policy.parameters,
             "flattened": has_flattened(self.curve),
             "curve": self.curve,
         }
-        for path, content in (
-            (self._timing_file, {"cpu_seconds": round(seconds, 1)}),
-            (self._curve_file, result),
-        ):
-            write_text(path, json.dumps(content, indent=1) + "\n")
+        write_text(self._timing_file, json.dumps({"cpu_seconds": round(seconds, 1)}, indent=1) + "\n")
+        write_text(self._curve_file, json.dumps(result, indent=1) + "\n")
         self.checkpoint_file.unlink(missing_ok=True)
         return result
 
