@@ -7,7 +7,7 @@ import argparse
 
 import torch
 
-from trundle.experiments.training.config import RewardShaping, Settings
+from trundle.experiments.training.config import PPO, Network, RewardShaping
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import algorithm, exported
 from trundle.experiments.training.worlds import make_worlds
@@ -20,23 +20,19 @@ args = parser.parse_args()
 torch.set_num_threads(1)  # more threads are slower with such small networks
 
 # As in a file for `trundle train`, such as configs/rl/ppo.toml. Each episode hides another wheel.
-settings = Settings(
+settings = PPO(
     name="example",
-    algorithm="PPO",
     env="trundle/PushPose-v0",
     env_kwargs={"hidden": "locked", "action": "wrench"},
     n_timesteps=args.steps,
     seeds=[1],
     n_envs=128,
     frame="object",  # goal and velocity in the frame of the table
-    hyperparameters={
-        "policy": "MlpPolicy",
-        "n_steps": 64,
-        "batch_size": 2048,
-        "n_epochs": 6,
-        "learning_rate": 1e-3,
-    },
-    policy_kwargs={"net_arch": [64, 64], "log_std_init": -1.0},
+    n_steps=64,
+    batch_size=2048,
+    n_epochs=6,
+    learning_rate=1e-3,
+    policy_kwargs=Network(net_arch=[64, 64], log_std_init=-1.0),
     aids=RewardShaping(success_bonus=10.0, loss_cost=20.0),  # reward shaping; not part of the return
 )
 worlds = make_worlds(settings)

@@ -1,4 +1,7 @@
-"""Settings files: TOML parsed into dataclasses; unknown keys and wrong types are errors."""
+"""Settings files: TOML parsed into dataclasses; unknown keys and wrong types or values are errors.
+
+pydantic, cattrs and msgspec accept unknown keys, accept 2.5 as an integer, or do not name value and remedy.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,9 @@ import inspect
 import sys
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from trundle._native import TrundleError
 
@@ -26,6 +29,7 @@ __all__ = [
     "check_horizon",
     "parse",
     "parse_format",
+    "read_settings",
     "typed",
 ]
 
@@ -55,6 +59,17 @@ def parse_format(path: Path, form: str, remedy: str = "") -> dict[str, Any]:
     if found.pop("format", None) != form:
         raise TrundleError(f'{path}: must begin with format = "{form}"')
     return found
+
+
+def read_settings(path: Path, form: str, kind: type[T]) -> T:
+    """Read the dataclass `kind` from a TOML file that contains `format = "form"`.
+
+    Raises
+    ------
+    TrundleError
+        If a key is missing, unknown or of another type, or a value is not allowed.
+    """
+    return build_settings(path, kind, parse_format(path, form))
 
 
 def build_settings(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
@@ -96,7 +111,8 @@ def typed(kind: type[T], table: Mapping[str, Any], where: str = "") -> T:
     ----------
     kind : type
         A dataclass. Fields may be numbers, strings, booleans, `Literal`, lists, tuples, dictionaries with
-        string keys, optional values, and dataclasses. `dict[str, Any]` accepts any table.
+        string keys, optional values, and dataclasses. `dict[str, Any]` accepts any table. `Annotated` adds a
+        rule of `trundle.rules`. `__post_init__` may raise `SettingsError` for contradictory fields.
     table : mapping
         The parsed TOML table.
     where : str
@@ -107,7 +123,7 @@ def typed(kind: type[T], table: Mapping[str, Any], where: str = "") -> T:
     kind
         The settings, with defaults for absent keys.
     """
-    hints = typing.get_type_hints(kind)
+    hints = typing.get_type_hints(kind, include_extras=True)
     fields = {field.name: field for field in dataclasses.fields(typing.cast("Any", kind))}
     for key in table:
         if key not in fields:
@@ -115,13 +131,23 @@ def typed(kind: type[T], table: Mapping[str, Any], where: str = "") -> T:
     missing = [name for name, field in fields.items() if name not in table and _required(field)]
     if missing:
         raise SettingsError(f"`{_join(where, missing[0])}` is missing{_expected(hints[missing[0]])}")
-    return kind(**{key: _value(hints[key], value, _join(where, key)) for key, value in table.items()})
+    values = {key: _value(hints[key], value, _join(where, key)) for key, value in table.items()}
+    try:
+        return kind(**values)
+    except SettingsError as error:
+        raise SettingsError(f"[{where}] {error}" if where else str(error)) from error
 
 
 def _value(hint: Any, value: Any, where: str) -> Any:
     if hint is Any:
         return value
     origin = get_origin(hint)
+    if origin is Annotated:
+        of, rule = get_args(hint)
+        found = _value(of, value, where)
+        if not rule.holds(found):
+            raise SettingsError(f"`{where}` = {value!r}{_expected(hint)}")
+        return found
     if origin in (Union, types.UnionType):
         return _union(hint, value, where)
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
@@ -136,18 +162,8 @@ def _value(hint: Any, value: Any, where: str) -> Any:
         return {
             _value(key_kind, key, where): _value(of, each, _join(where, key)) for key, each in table.items()
         }
-    if origin is list:
-        of = get_args(hint)[0]
-        return [
-            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_instance(list, value, hint, where))
-        ]
-    if origin is tuple and get_args(hint)[1:] == (...,):
-        of = get_args(hint)[0]
-        return tuple(
-            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_instance(list, value, hint, where))
-        )
-    if origin is tuple:
-        return _tuple(get_args(hint), value, hint, where)
+    if origin in (list, tuple):
+        return origin(_items(hint, _instance(list, value, hint, where), where))
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     return _instance(hint, value, hint, where)
@@ -155,6 +171,8 @@ def _value(hint: Any, value: Any, where: str) -> Any:
 
 def _union(hint: Any, value: Any, where: str) -> Any:
     choices = [choice for choice in get_args(hint) if choice is not type(None)]
+    if value is None and len(choices) < len(get_args(hint)):
+        return None
     if len(choices) == 1:
         return _value(choices[0], value, where)
     for choice in choices:
@@ -167,13 +185,14 @@ def _union(hint: Any, value: Any, where: str) -> Any:
     raise SettingsError(f"`{where}` = {value!r}{_expected(hint)}")
 
 
-def _tuple(kinds: tuple[Any, ...], value: Any, hint: Any, where: str) -> tuple[Any, ...]:
-    values = _instance(list, value, hint, where)
+def _items(hint: Any, values: list[Any], where: str) -> Iterator[Any]:
+    kinds = get_args(hint)
+    if get_origin(hint) is list or kinds[1:] == (...,):
+        kinds = kinds[:1] * len(values)
     if len(values) != len(kinds):
-        raise SettingsError(f"`{where}` = {value!r} has {len(values)} entries; it needs {len(kinds)}")
-    return tuple(
-        _value(kind, each, f"{where}[{i}]") for i, (kind, each) in enumerate(zip(kinds, values, strict=True))
-    )
+        raise SettingsError(f"`{where}` = {values!r} has {len(values)} entries; it needs {len(kinds)}")
+    for i, (kind, each) in enumerate(zip(kinds, values, strict=True)):
+        yield _value(kind, each, f"{where}[{i}]")
 
 
 def _instance(kind: type[Any], value: Any, hint: Any, where: str) -> Any:
@@ -187,24 +206,23 @@ def _required(field: dataclasses.Field[Any]) -> bool:
 
 
 def _expected(hint: Any) -> str:
-    if get_origin(hint) is typing.Literal:
-        return f"; it is one of {', '.join(repr(choice) for choice in get_args(hint))}"
-    if get_origin(hint) in (Union, types.UnionType):
-        names = [_word(choice) for choice in get_args(hint) if choice is not type(None)]
-        return f"; it is {' or '.join(names)}"
-    return f"; it is {_word(hint)}"
+    return f"; it is {_words(hint)}"
 
 
-def _word(hint: Any) -> str:
-    words = {float: "a number", int: "a whole number", str: "a string", bool: "true or false"}
-    if hint in words:
-        return words[hint]
-    origin = get_origin(hint) or hint
+def _words(hint: Any) -> str:
+    words = {float: "a number", int: "a whole number", str: "a string", bool: "true or false", list: "a list"}
+    origin, arguments = get_origin(hint) or hint, get_args(hint)
+    if origin is Annotated:
+        return str(arguments[1].words)
+    if origin in (Union, types.UnionType):
+        return " or ".join(_words(choice) for choice in arguments if choice is not type(None))
+    if origin is typing.Literal:
+        return f"{'one of ' if arguments[1:] else ''}{', '.join(map(repr, arguments))}"
     if origin is dict or dataclasses.is_dataclass(origin):
         return "a table"
-    if get_args(hint)[1:] == (...,):
-        return "a list"
-    return {list: "a list", tuple: f"a list of {len(get_args(hint))}"}.get(origin, str(hint))
+    if origin is tuple:
+        return "a list" if arguments[1:] == (...,) else f"a list of {len(arguments)}"
+    return words.get(origin, str(hint))
 
 
 def _nearest(key: str, known: Mapping[str, Any]) -> str:

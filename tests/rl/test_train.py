@@ -102,7 +102,7 @@ def test_an_interrupted_training_ends_with_the_same_bytes(
 def test_a_killed_training_continues(tmp_path: Path) -> None:
     file = written(tmp_path, PPO.replace("1024", "4096"))
     line = [sys.executable, "-m", "trundle", "train", str(file), "--seed", "2", "--quiet", "--out"]
-    checkpoint = tmp_path / "killed" / "work" / "tiny-2" / "checkpoint.npz"
+    checkpoint = tmp_path / "killed" / "work" / "tiny-2" / "checkpoint.pickle"
     killed = subprocess.Popen([*line, str(tmp_path / "killed")], cwd=ROOT)
     while killed.poll() is None and not checkpoint.exists():
         time.sleep(0.005)

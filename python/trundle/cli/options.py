@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from trundle.experiments.backends import Backend
+    from trundle.experiments.execution import Execution
 
 __all__ = [
     "add_backend",
+    "add_execution",
     "add_model",
     "add_out",
     "add_prior",
@@ -18,6 +21,7 @@ __all__ = [
     "add_recording",
     "add_seed",
     "select_backend",
+    "select_execution",
 ]
 
 
@@ -93,6 +97,35 @@ def select_backend(args: argparse.Namespace) -> Backend:
     from trundle.experiments.backends import backend
 
     return backend(args.backend, args.jobs, args.address)
+
+
+def add_execution(parser: argparse.ArgumentParser, units: str, out: str) -> None:
+    """Add the options that `select_execution` reads: the backend, the folders, and what is kept."""
+    add_backend(parser)
+    parser.add_argument(
+        "--work",
+        metavar="DIR",
+        type=Path,
+        help=f"folder of finished {units}, from which an interrupted run continues (default: in the system's "
+        "temporary directory)",
+    )
+    parser.add_argument("--out", metavar="DIR", type=Path, help=f"folder for {out} (default docs)")
+    parser.add_argument("--fresh", action="store_true", help=f"discard finished {units}")
+    parser.add_argument(
+        "--redraw",
+        action="store_true",
+        help=f"write tables and figures from existing results, without new {units}",
+    )
+    add_quiet(parser)
+
+
+def select_execution(args: argparse.Namespace, verb: str, out: Path) -> Execution:
+    """Return the options of `add_execution`; `out` is the default folder."""
+    from trundle.experiments.execution import Execution
+
+    work = args.work or Path(tempfile.gettempdir()) / f"trundle-{verb}"
+    backend = select_backend(args)
+    return Execution(work, args.out or out, backend, args.fresh, args.redraw, args.quiet)
 
 
 def positive_int(text: str) -> int:

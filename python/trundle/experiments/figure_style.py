@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from trundle.atomic import atomic_file
 
@@ -12,7 +12,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "MARKERS", "NAMES", "OBSERVED", "PREDICTED", "plain", "save", "sheet"]
+__all__ = [
+    "COLOURS",
+    "GREY",
+    "MARKERS",
+    "NAMES",
+    "OBSERVED",
+    "PREDICTED",
+    "legend",
+    "plain",
+    "save",
+    "share_limits",
+    "sheet",
+]
 
 COLOURS = {
     "pbr": "#0059a8",
@@ -62,6 +74,23 @@ def plain(axes: Axes) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Save a figure; the same figure gives the same bytes."""
-    with atomic_file(path) as part:
-        figure.savefig(part, format=path.suffix[1:], dpi=DPI, metadata={"Software": None})
+    """Save a figure as PNG or SVG; the same figure gives the same bytes."""
+    from matplotlib import rc_context
+
+    kind = path.suffix[1:]
+    with atomic_file(path) as part, rc_context({"svg.hashsalt": "trundle"}):
+        varying = {"svg": "Date"}.get(kind, "Software")
+        figure.savefig(part, format=kind, dpi=DPI, metadata={varying: None})
+
+
+def share_limits(axes: Sequence[Axes]) -> None:
+    """Give axes the same limits, with equal scales of x and y."""
+    x = [limit for one in axes for limit in one.get_xlim()]
+    y = [limit for one in axes for limit in one.get_ylim()]
+    for one in axes:
+        one.set(xlim=(min(x), max(x)), ylim=(min(y), max(y)), aspect="equal")
+
+
+def legend(of: Axes | Figure, fontsize: int = 8, **more: Any) -> None:
+    """Add a legend in the common style to axes or to a figure."""
+    of.legend(fontsize=fontsize, frameon=False, **more)

@@ -29,7 +29,7 @@ def test_a_section_is_written_and_redrawn(tmp_path: Path, capsys: pytest.Capture
 
 @pytest.mark.parametrize(
     ("more", "words"),
-    [(["--redraw"], "no results"), (["--seeds", "0"], "seeds = 0"), (["--configs", "nowhere"], "--configs")],
+    [(["--redraw"], "no results"), (["--configs", "nowhere"], "--configs")],
 )
 def test_invalid_experiments_are_reported(
     more: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -38,3 +38,9 @@ def test_invalid_experiments_are_reported(
     assert main(line) == 2
     assert words in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_run_needs_at_least_one_seed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["paper", "fig8", "--quick", "--out", str(tmp_path / "out"), "--seeds", "0"])
+    assert "--seeds: '0' is not a positive integer" in capsys.readouterr().err

@@ -1,30 +1,45 @@
 """Small versions of the experiments, with the results that the document states."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from trundle.experiments.paper import EXPERIMENTS, Options
-from trundle.experiments.results import Row
+from trundle.experiments.paper import EXPERIMENTS
+from trundle.experiments.paper.experiment import Settings, parse_settings, read
+from trundle.experiments.results import Row, read_trials
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 
 
-def performed(name: str, trial: Row, **changed: Any) -> tuple[dict[str, Any], Row]:
+def performed(name: str, trial: Row, **changed: Any) -> tuple[Any, Row]:
     """Run one trial of an experiment with some settings changed."""
     experiment = EXPERIMENTS[name]
-    settings = experiment.settings(Options(CONFIGS)) | changed
+    file = experiment.__name__.rpartition(".")[2]
+    settings: Settings = replace(read(experiment.Settings, file, CONFIGS), **changed)
     return settings, {**trial, **experiment.perform(settings, trial), "seconds": 1.0}
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_committed_results_are_readable(name: str) -> None:
+    experiment = EXPERIMENTS[name]
+    path = CONFIGS.parent / "docs" / "paper" / f"{experiment.__name__.rpartition('.')[2]}.jsonl"
+    stored, rows = read_trials(path)
+    settings = parse_settings(path, experiment.Settings, stored)
+    assert set(settings.task_objects) == set(settings.objects)
+    assert settings == parse_settings(path, experiment.Settings, settings.plain())
+    for trial, row in zip(experiment.trials(settings), rows, strict=True):
+        assert trial.items() <= row.items()
 
 
 @pytest.mark.parametrize(("thing", "linear"), [("shopping_cart", False), ("chair:free", True)])
 def test_fig6_regressions_suffice_for_linear_objects_only(thing: str, linear: bool) -> None:
     trial = {"reading": "cm_deg", "object": thing, "seed": 3}
     settings, row = performed("fig6", trial, counts=[8, 50], learners=["pbr", "lr", "lwr"])
-    assert row["r2"]["pbr"][0] >= settings["threshold"]
-    assert row["r2"]["lr"][0] < settings["threshold"]
-    assert (row["r2"]["lr"][1] >= settings["threshold"]) == linear
+    assert row["r2"]["pbr"][0] >= settings.threshold
+    assert row["r2"]["lr"][0] < settings.threshold
+    assert (row["r2"]["lr"][1] >= settings.threshold) == linear
     assert row["coasting"] < 0.5
 
 
@@ -52,14 +67,14 @@ def test_fig8_noise_affects_physics_less() -> None:
 def test_open_loop_only_the_right_model_reaches_the_goal() -> None:
     trial = {"hold": 0.5, "axes": "object", "object": "office_table:locked", "seed": 0}
     settings, row = performed("open-loop", trial, sizes=[0.0, 0.3], counts=[])
-    radius = settings["things"][trial["object"]]["radius"]
+    radius = settings.task_objects[trial["object"]].radius
     right, wrong = row["runs"]
     assert right["r2"] == 1.0
     assert right["error"] < 0.05 * radius
     assert not right["touched"]
-    assert right["poses"][-1][:2] == pytest.approx([settings["length"], 0.0], abs=0.05 * radius)
-    assert max(abs(pose[1]) for pose in right["poses"]) > settings["obstacle"]  # around the obstacle
-    assert wrong["r2"] < settings["threshold"]
+    assert right["poses"][-1][:2] == pytest.approx([settings.length, 0.0], abs=0.05 * radius)
+    assert max(abs(pose[1]) for pose in right["poses"]) > settings.obstacle  # around the obstacle
+    assert wrong["r2"] < settings.threshold
     assert wrong["error"] > radius
     assert wrong["planned"] < 0.05 * radius  # the model is wrong, not the plan
 
@@ -68,7 +83,7 @@ def test_open_loop_only_the_right_model_reaches_the_goal() -> None:
 def test_the_wheel_is_located_if_the_model_has_dry_friction() -> None:
     trial = {"friction": "support_friction", "seed": 0}
     settings, row = performed("wheel", trial, episodes=3)
-    assert row["fits"]["support_friction"]["error"] < settings["limit"] < row["fits"]["wheel"]["error"]
+    assert row["fits"]["support_friction"]["error"] < settings.limit < row["fits"]["wheel"]["error"]
     assert row["fits"]["support_friction"]["evidence"] > row["fits"]["coulomb_friction"]["evidence"]
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, select_backend
+from trundle.cli.options import add_execution, positive_int, select_execution
 
 HELP = "Run an experiment of the paper and write its table and figures to docs/paper.md."
 EXAMPLE = "trundle paper fig6 --quick"
@@ -19,16 +18,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the experiment, its size and the folders."""
     parser.add_argument("experiment", choices=CHOICES, help="experiment to run; all: every one in turn")
     parser.add_argument(
-        "--seeds", metavar="N", type=int, help="number of seeds (default: as in the experiment's settings)"
+        "--seeds",
+        metavar="N",
+        type=positive_int,
+        help="number of seeds (default: as in the experiment's settings)",
     )
     parser.add_argument(
         "--quick", action="store_true", help="run a small version and write to paper-quick/ instead of docs/"
-    )
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        type=Path,
-        help="folder for paper.md, paper/ (results) and images/ (default docs)",
     )
     parser.add_argument(
         "--configs",
@@ -37,41 +33,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=Path("configs"),
         help="folder with experiments/ and objects/ (default configs)",
     )
-    add_backend(parser)
-    parser.add_argument(
-        "--work",
-        metavar="DIR",
-        type=Path,
-        help="folder of finished trials, from which an interrupted experiment continues (default: in the "
-        "temporary directory of the system)",
-    )
-    parser.add_argument("--fresh", action="store_true", help="discard finished trials")
-    parser.add_argument(
-        "--redraw",
-        action="store_true",
-        help="write tables and figures from existing results, without new trials",
-    )
-    add_quiet(parser)
+    add_execution(parser, "trials", "paper.md, paper/ (results) and images/")
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the selected experiments in turn."""
-    from trundle.experiments.paper.experiment import Options
     from trundle.experiments.paper.run import run_one
 
-    out = args.out or Path("paper-quick" if args.quick else "docs")
-    options = Options(args.configs, args.seeds, args.quick)
-    work = args.work or Path(tempfile.gettempdir()) / "trundle-paper"
+    execution = select_execution(args, "paper", Path("paper-quick" if args.quick else "docs"))
     for name in CHOICES[1:] if args.experiment == "all" else [args.experiment]:
-        text = run_one(
-            name,
-            options,
-            work,
-            out,
-            backend=select_backend(args),
-            fresh=args.fresh,
-            redraw=args.redraw,
-            quiet=args.quiet,
-        )
-        print(text)
+        print(run_one(name, args.configs, execution, seeds=args.seeds, quick=args.quick))
     return 0

@@ -1,17 +1,17 @@
-"""Read the file of a comparison: worlds, agents, and which agents run where."""
+"""Settings of a comparison: worlds, agents, and which agents run where."""
 
 from __future__ import annotations
 
-import re
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from trundle.agent import AdaptiveAgent
-from trundle.recording import TrundleError
-from trundle.settings import build_settings, check_argument_types, check_horizon, parse_format
+from trundle.rules import Count, EnvOptions, Natural, Positive, Rule, pattern
+from trundle.settings import SettingsError, check_argument_types, read_settings
 
-__all__ = ["Agent", "Settings", "Target", "Worlds", "read"]
+__all__ = ["Agent", "Settings", "Target", "Trial", "Worlds", "read"]
 
 FORMAT = "trundle-compare/1"
 
@@ -38,10 +38,10 @@ class Worlds:
 
     title: str
     env: str
-    first: int
-    count: int
+    first: Natural
+    count: Count
     agents: list[str]
-    options: dict[str, Any] = field(default_factory=dict)
+    options: EnvOptions = field(default_factory=dict)
     effect: list[dict[str, Any]] = field(default_factory=list)
 
     @property
@@ -80,8 +80,18 @@ class Agent:
     kind: Literal["oracle", "adaptive", "policy"]
     settings: dict[str, Any] = field(default_factory=dict)
     files: list[str] = field(default_factory=list)
-    options: dict[str, Any] = field(default_factory=dict)
+    options: EnvOptions = field(default_factory=dict)
     curve: str = ""
+
+    def __post_init__(self) -> None:
+        if (self.kind == "policy") != bool(self.files):
+            raise SettingsError("files: required for a policy, not allowed for other agents")
+        if self.kind == "policy" and self.settings:
+            raise SettingsError(
+                "settings: not allowed for a policy; they are arguments of trundle.AdaptiveAgent"
+            )
+        if "model" in self.settings:
+            raise SettingsError('settings: model is not allowed; kind = "oracle" uses the hidden model')
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -109,6 +119,19 @@ class Target:
     least: float | None = None
     most: float | None = None
 
+    def __post_init__(self) -> None:
+        if (self.least is None) == (self.most is None):
+            raise SettingsError("give least or most")
+
+
+class Trial(NamedTuple):
+    """An episode: names of worlds and agent, number of the training run, seed."""
+
+    worlds: str
+    agent: str
+    run: int
+    seed: int
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -131,14 +154,41 @@ class Settings:
     targets : list of Target
     """
 
-    name: str
+    name: Annotated[str, pattern(r"[\w-]+", "a name of letters, digits, _ or -")]
     title: str
-    worlds: dict[str, Worlds]
+    worlds: Annotated[dict[str, Worlds], Rule(bool, "at least one table [worlds.NAME]")]
     agents: dict[str, Agent]
     main: str
-    push: float = 0.5
+    push: Positive = 0.5
     pairs: list[tuple[str, str]] = field(default_factory=list)
     targets: list[Target] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        check_names("main: unknown agent", [self.main], self.agents)
+        for name, worlds in self.worlds.items():
+            check_names(f"[worlds.{name}] agents: unknown agent", worlds.agents, self.agents)
+        for pair in self.pairs:
+            check_names("pairs: unknown agent", pair, self.agents)
+        check_names("targets: unknown agent", (one.agent for one in self.targets), self.agents)
+        check_names("targets: unknown worlds", (one.worlds for one in self.targets), self.worlds)
+
+    @property
+    def trials(self) -> list[Trial]:
+        """Every episode, in the order of the results."""
+        return [
+            Trial(name, agent, run, seed)
+            for name, worlds in self.worlds.items()
+            for agent in worlds.agents
+            for run in self.agents[agent].runs
+            for seed in worlds.seeds
+        ]
+
+
+def check_names(complaint: str, names: Iterable[str], known: Collection[str]) -> None:
+    """Raise an error for a name that is not known."""
+    for name in names:
+        if name not in known:
+            raise SettingsError(f"{complaint} {name!r}; choose from {', '.join(known)}")
 
 
 def read(path: Path) -> Settings:
@@ -149,61 +199,7 @@ def read(path: Path) -> Settings:
     TrundleError
         If a key is missing, unknown or of another type, or a name is not defined.
     """
-    settings = build_settings(path, Settings, parse_format(path, FORMAT))
-    check_settings(path, settings)
-    return settings
-
-
-def check_settings(path: Path, settings: Settings) -> None:
-    """Raise an error if the settings are inconsistent."""
-    if not settings.push > 0 or not re.fullmatch(r"[\w-]+", settings.name):
-        raise TrundleError(
-            f"{path}: push = {settings.push}, name = {settings.name!r}: give a positive duration, "
-            "and a name of letters, digits, _ or -"
-        )
-    if not settings.worlds:
-        raise TrundleError(f"{path}: give at least one table [worlds.NAME]")
-    check_agents(path, settings, "main", [settings.main])
+    settings = read_settings(path, FORMAT, Settings)
     for name, agent in settings.agents.items():
-        check_agent(f"{path}: [agents.{name}]", agent)
-        check_horizon(path, agent.options, f"agents.{name}")
         check_argument_types(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
-    for name, worlds in settings.worlds.items():
-        check_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
-        if worlds.count < 1 or worlds.first < 0:
-            raise TrundleError(f"{path}: [worlds.{name}]: give first >= 0 and count >= 1")
-        check_horizon(path, worlds.options, f"worlds.{name}")
-    for pair in settings.pairs:
-        check_agents(path, settings, "pairs", list(pair))
-    for target in settings.targets:
-        check_target(path, settings, target)
-
-
-def check_agents(path: Path, settings: Settings, where: str, names: list[str]) -> None:
-    """Raise an error for names that are not agents."""
-    for name in names:
-        if name not in list(settings.agents):
-            known = ", ".join(settings.agents)
-            raise TrundleError(f"{path}: {where}: unknown agent {name!r}; choose from {known}")
-
-
-def check_agent(where: str, agent: Agent) -> None:
-    """Raise an error for keys that do not apply to an agent's kind."""
-    if (agent.kind == "policy") != bool(agent.files):
-        raise TrundleError(f"{where} files: required for a policy, not allowed for other agents")
-    if agent.kind == "policy" and agent.settings:
-        raise TrundleError(
-            f"{where} settings: not allowed for a policy; they are arguments of trundle.AdaptiveAgent"
-        )
-    if "model" in agent.settings:
-        raise TrundleError(f'{where} settings: model is not allowed; kind = "oracle" uses the hidden model')
-
-
-def check_target(path: Path, settings: Settings, target: Target) -> None:
-    """Raise an error if a target refers to unknown worlds or agents, or does not have exactly one bound."""
-    check_agents(path, settings, "targets", [target.agent])
-    if target.worlds not in settings.worlds:
-        known = ", ".join(settings.worlds)
-        raise TrundleError(f"{path}: targets: unknown worlds {target.worlds!r}; choose from {known}")
-    if (target.least is None) == (target.most is None):
-        raise TrundleError(f"{path}: targets: {target}: give least or most")
+    return settings

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import tomli_w
@@ -14,21 +14,13 @@ from trundle.experiments.comparison.config import Agent, Worlds
 from trundle.experiments.comparison.world import Env, boundary_points, make_world
 from trundle.experiments.results import Row
 from trundle.experiments.runs.episode import count_onsets
+from trundle.experiments.training import policy
 from trundle.recording import TrundleError
 
 __all__ = ["make_player", "play", "play_unit"]
 
 
-class Player(Protocol):
-    """Interface of stable-baselines3's algorithms."""
-
-    def predict(
-        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
-    ) -> tuple[Any, Any]:
-        """Choose an action."""
-
-
-def make_player(agent: Agent, run: int, env: Env) -> Player:
+def make_player(agent: Agent, run: int, env: Env) -> trundle.AdaptiveAgent | policy.Policy:
     """Return an agent for a world at the start of an episode.
 
     Parameters
@@ -39,11 +31,9 @@ def make_player(agent: Agent, run: int, env: Env) -> Player:
     env : gymnasium.Env
         The oracle reads its hidden model.
     """
+    source: Any = env.unwrapped
     if agent.kind == "policy":
-        from trundle.experiments.training import policy
-
         loaded = policy.load(agent.files[run])
-        source: Any = env.unwrapped
         trained = loaded.about.env_kwargs.get("action", "wrench")
         if trained != source.mode:
             raise TrundleError(
@@ -52,11 +42,8 @@ def make_player(agent: Agent, run: int, env: Env) -> Player:
         return loaded
     settings = dict(agent.settings)
     if agent.kind == "oracle":
-        source = env.unwrapped
-        settings |= {
-            "model": trundle.Model.from_toml(tomli_w.dumps(source.hidden_model())),
-            "adapt": False,
-        }
+        model = trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
+        settings |= {"model": model, "adapt": False}
     try:
         return trundle.AdaptiveAgent(env, **settings)
     except TypeError as error:
@@ -78,18 +65,18 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
         `decisions`, and the CPU seconds of all decisions and of the longest one: `total`, `longest`.
     """
     env, observation = make_world(worlds, seed, agent.options)
-    chosen = make_player(agent, run, env)
-    state, over, start = None, False, True
-    gained, costs, touched = 0.0, [], []
-    info: dict[str, Any] = {}
+    source: Any = env.unwrapped
+    player: Any = make_player(agent, run, env)
+    state, over, gained = None, False, 0.0
+    costs: list[float] = []
+    touched: list[bool] = []
     while not over:
         began = time.process_time()
-        action, state = chosen.predict(observation, state, episode_start=start)
+        action, state = player.predict(observation, state, episode_start=not costs)
         costs.append(time.process_time() - began)
         observation, reward, terminated, truncated, info = env.step(action)
-        gained, over, start = gained + float(reward), terminated or truncated, False
+        gained, over = gained + float(reward), terminated or truncated
         touched.append(info["touched"])
-    source: Any = env.unwrapped
     row = {
         "success": bool(info["is_success"]),
         "lost": bool(info["lost"]),
@@ -100,7 +87,7 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
         "distance": float(info["distance"]),
         "heading": abs(float(info["heading_error"])),
         "radius": float(np.hypot(*boundary_points(source.hidden_model()["body"]).T).max()),
-        **learning_summary(chosen),
+        **learning_summary(player),
     }
     env.close()
     return row, {"decisions": len(costs), "total": sum(costs), "longest": max(costs)}

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from trundle.experiments import figure_style
 from trundle.experiments.comparison.config import Settings
-from trundle.experiments.comparison.curves import Curve
-from trundle.experiments.comparison.results import Results
+from trundle.experiments.comparison.results import Curves, Results
 from trundle.experiments.comparison.scores import success, time_to_success
 
 if TYPE_CHECKING:
@@ -39,70 +36,62 @@ def colours(settings: Settings) -> dict[str, str]:
     return {name: found.get(name, ORACLE if kind == "oracle" else MAIN) for name, kind in kinds.items()}
 
 
-def successes(path: Path, settings: Settings, results: Results) -> None:
+def successes(settings: Settings, results: Results) -> Figure:
     """Draw the success rate of each agent in each group of worlds, with intervals."""
-    playing = {name: [agent for agent, rows in group.items() if rows] for name, group in results.items()}
-    figure, axes = panels(len(results), 0.8 + 0.2 * max(map(len, playing.values())))
+    figure, axes = panels(settings, results, 0.8 + 0.2 * max(map(len, results.values())))
     chosen = colours(settings)
-    for one, (name, agents) in zip(axes, playing.items(), strict=True):
-        for down, agent in enumerate(agents):
-            found = success(results[name][agent])
+    for one, group in zip(axes, results.values(), strict=True):
+        for down, (agent, rows) in enumerate(group.items()):
+            found = success(rows)
             one.plot([found.low, found.high], [down, down], color=chosen[agent], linewidth=1.6)
             one.plot(found.value, down, "o", color=chosen[agent], markersize=4.5)
-        one.set_yticks(range(len(agents)), [settings.agents[agent].title for agent in agents])
-        one.set(xlim=(-0.03, 1.03), ylim=(len(agents) - 0.4, -0.6), xlabel="success")
-        one.set_title(wrap_title(settings.worlds[name].title), fontsize=9)
-    figure_style.save(figure, path)
+        one.set_yticks(range(len(group)), [settings.agents[agent].title for agent in group])
+        one.set(xlim=(-0.03, 1.03), ylim=(len(group) - 0.4, -0.6), xlabel="success")
+    return figure
 
 
-def profiles(path: Path, settings: Settings, results: Results) -> None:
+def profiles(settings: Settings, results: Results) -> Figure:
     """Draw the share of solved worlds over time."""
-    figure, axes = panels(len(results), 2.6)
+    figure, axes = panels(settings, results, 2.6)
     chosen = colours(settings)
     shown: dict[str, Line2D] = {}
-    for one, (name, group) in zip(axes, results.items(), strict=True):
+    for one, group in zip(axes, results.values(), strict=True):
         end = max(row["limit"] for rows in group.values() for row in rows)
         for agent, rows in group.items():
-            if rows:
-                times = sorted(time_to_success(row) for row in rows if row["success"])
-                x, y = [0.0, *times, end], [*range(len(times) + 1), len(times)]
-                line = one.step(x, np.array(y) / len(rows), where="post", color=chosen[agent], linewidth=1.3)[
-                    0
-                ]
-                line.set_linestyle(DASHES[settings.agents[agent].kind])
-                shown.setdefault(settings.agents[agent].title, line)
+            times = sorted(time_to_success(row) for row in rows if row["success"])
+            x, y = [0.0, *times, end], [*range(len(times) + 1), len(times)]
+            (line,) = one.step(x, np.array(y) / len(rows), where="post", color=chosen[agent], linewidth=1.3)
+            line.set_linestyle(DASHES[settings.agents[agent].kind])
+            shown.setdefault(settings.agents[agent].title, line)
         one.set(xlim=(0.0, end), ylim=(0.0, 1.02), xlabel="time, s", ylabel="share solved")
-        one.set_title(wrap_title(settings.worlds[name].title), fontsize=9)
-    figure.legend(
-        list(shown.values()), list(shown), loc="outside lower center", ncols=3, fontsize=8, frameon=False
+    figure_style.legend(
+        figure, handles=list(shown.values()), labels=list(shown), loc="outside lower center", ncols=3
     )
-    figure_style.save(figure, path)
+    return figure
 
 
-def curves(path: Path, settings: Settings, found: Mapping[str, Sequence[Curve]]) -> None:
+def curves(settings: Settings, found: Curves) -> Figure:
     """Draw success during training against environment steps, a line for each run."""
     figure, (axes,) = figure_style.sheet(1, 1, (6.0, 3.4))
     chosen = colours(settings)
     for name, agent in settings.agents.items():
-        for k, curve in enumerate(found.get(agent.curve, [])):
+        for k, run in enumerate(found.get(agent.curve, [])):
             label = agent.title if k == 0 else None
-            axes.plot(curve.steps, curve.success, color=chosen[name], linewidth=1.0, alpha=0.8, label=label)
+            steps, rates = ([point[key] for point in run["curve"]] for key in ("step", "success"))
+            axes.plot(steps, rates, color=chosen[name], linewidth=1.0, alpha=0.8, label=label)
     axes.set(xscale="log", ylim=(-0.02, 1.02))
     axes.set(xlabel="steps of the environment", ylabel="success in evaluation")
-    axes.legend(fontsize=8, frameon=False)
-    figure_style.save(figure, path)
+    figure_style.legend(axes)
+    return figure
 
 
-def panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure with `count` panels, and their axes."""
-    across = min(PANELS_PER_ROW, count)
-    down = math.ceil(count / across)
+def panels(settings: Settings, results: Results, height: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a panel for each group of worlds, and their axes."""
+    across = min(PANELS_PER_ROW, len(results))
+    down = math.ceil(len(results) / across)
     figure, axes = figure_style.sheet(down, across, (0.6 + 4.0 * across, (0.6 + height) * down))
-    for spare in axes[count:]:
+    for spare in axes[len(results) :]:
         spare.set_visible(False)
-    return figure, axes[:count]
-
-
-def wrap_title(title: str) -> str:
-    """Return a title broken into lines."""
-    return "\n".join(textwrap.wrap(title, 40))
+    for one, name in zip(axes, results, strict=False):
+        one.set_title("\n".join(textwrap.wrap(settings.worlds[name].title, 40)), fontsize=9)
+    return figure, axes[: len(results)]

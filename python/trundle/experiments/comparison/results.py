@@ -3,37 +3,40 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
+from statistics import median_high
 from typing import Any
 
 import trundle
-from trundle.atomic import write_text
-from trundle.experiments.comparison.config import Settings
+from trundle.atomic import read_json, write_text
+from trundle.experiments.comparison.config import Settings, Trial
 from trundle.experiments.results import Row, read_headed
 from trundle.recording import TrundleError
 
-__all__ = ["Results", "Trial", "read_costs", "read_results", "write_costs", "write_results"]
+__all__ = ["Curves", "Results", "read_costs", "read_curves", "read_results", "write_costs", "write_results"]
 
-Trial = tuple[str, str, int, int]
-"""Worlds, agent, training run, seed."""
 Results = dict[str, dict[str, list[Row]]]
-"""Rows by worlds and agent."""
+"""Rows by worlds and agent; without agents that have no episode."""
+Curves = Mapping[str, list[Row]]
+"""Learning curves of `trundle train` by training, in the order of their seeds."""
+CURVE_KEYS = ("config", "seed", "simulated_seconds", "parameters", "flattened", "curve")
 
 
 def write_results(
     path: Path, settings: Settings, digests: Mapping[str, str], rows: Mapping[Trial, Row]
 ) -> None:
     """Write the results, a line for each agent in each group; the same episodes give the same bytes."""
-    columns: dict[tuple[str, str, int], dict[str, list[Any]]] = {}
-    for (worlds, agent, run, seed), row in rows.items():
-        mine = columns.setdefault((worlds, agent, run), {})
-        for name, value in {"seed": seed, **row}.items():
-            mine.setdefault(name, []).append(int(value) if isinstance(value, bool) else value)
+    lines: dict[tuple[str, str, int], dict[str, Any]] = {}
+    for trial, row in rows.items():
+        columns: dict[str, Any] = {name: [] for name in ("seed", *row)}
+        line = lines.setdefault(trial[:3], trial._asdict() | columns)
+        for name, value in {"seed": trial.seed, **row}.items():
+            line[name].append(int(value) if isinstance(value, bool) else value)
     head = {"settings": definitions(settings), "policies": dict(digests), "trundle": trundle.__version__}
-    names = ("worlds", "agent", "run")
-    lines = [head, *({**dict(zip(names, key, strict=True)), **mine} for key, mine in columns.items())]
-    write_text(path, "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines))
+    text = "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in [head, *lines.values()])
+    write_text(path, text)
 
 
 def read_results(path: Path, settings: Settings) -> Results:
@@ -45,21 +48,22 @@ def read_results(path: Path, settings: Settings) -> Results:
         If there are no results, or their worlds or agents are defined differently.
     """
     found, lines = read_headed(path, ("worlds", "agent", "run"))
-    if not all(isinstance(found.get(part), dict) for part in ("worlds", "agents")):
-        raise TrundleError(f"{path}: not results of a comparison: run without --redraw")
-    wanted = definitions(settings)
-    for part in ("worlds", "agents"):
-        for name, one in wanted[part].items():
-            if name in found[part] and found[part][name] != one:
+    for part, defined in definitions(settings).items():
+        if not isinstance(found.get(part), dict):
+            raise TrundleError(f"{path}: not results of a comparison: run without --redraw")
+        for name, one in defined.items():
+            if found[part].get(name, one) != one:
                 raise TrundleError(
                     f"{path}: [{part}.{name}] differs from the given settings file: run without --redraw"
                 )
-    results: Results = {name: {agent: [] for agent in w.agents} for name, w in settings.worlds.items()}
+    by_agent: dict[tuple[str, str], list[Row]] = {}
     for line in lines:
-        kept = results.get(line["worlds"], {}).get(line["agent"])
-        if kept is not None:
-            kept += expand_rows(line)
-    return results
+        by_agent.setdefault((line["worlds"], line["agent"]), []).extend(expand_rows(line))
+    results = {
+        name: {agent: by_agent[name, agent] for agent in worlds.agents if (name, agent) in by_agent}
+        for name, worlds in settings.worlds.items()
+    }
+    return {name: group for name, group in results.items() if group}
 
 
 def expand_rows(line: Row) -> list[Row]:
@@ -69,37 +73,53 @@ def expand_rows(line: Row) -> list[Row]:
     return [{**line, **dict(zip(names, episode, strict=True))} for episode in episodes]
 
 
-def definitions(settings: Settings) -> dict[str, Any]:
+def definitions(settings: Settings) -> dict[str, dict[str, Any]]:
     """Return the definitions of worlds and agents as JSON values."""
-    whole = {
+    both = {
         "worlds": {name: worlds.identity for name, worlds in settings.worlds.items()},
         "agents": {name: {**agent.identity, "files": agent.files} for name, agent in settings.agents.items()},
     }
-    found: dict[str, Any] = json.loads(json.dumps(whole))
+    found: dict[str, dict[str, Any]] = json.loads(json.dumps(both))
     return found
 
 
 def write_costs(path: Path, timings: Mapping[Trial, Row]) -> None:
     """Write the measured costs of decisions of each agent in each group of worlds."""
-    sums: dict[str, dict[str, Any]] = {}
-    for (worlds, agent, _, _), timing in timings.items():
-        one = sums.setdefault(f"{worlds}/{agent}", {"decisions": 0, "total": 0.0, "longest": []})
-        one["decisions"] += timing["decisions"]
-        one["total"] += timing["total"]
-        one["longest"].append(timing["longest"])
-    told = {
-        name: {
-            "episodes": len(one["longest"]),
-            "decisions": one["decisions"],
-            "mean_ms": round(1e3 * one["total"] / one["decisions"], 3),
-            "longest_ms": round(1e3 * sorted(one["longest"])[len(one["longest"]) // 2], 3),
+    groups: dict[str, list[Row]] = {}
+    for trial, timing in timings.items():
+        groups.setdefault(f"{trial.worlds}/{trial.agent}", []).append(timing)
+    costs = {}
+    for name, group in groups.items():
+        decisions = sum(one["decisions"] for one in group)
+        costs[name] = {
+            "episodes": len(group),
+            "decisions": decisions,
+            "mean_ms": round(1e3 * sum(one["total"] for one in group) / decisions, 3),
+            "longest_ms": round(1e3 * median_high(one["longest"] for one in group), 3),
         }
-        for name, one in sums.items()
-    }
-    write_text(path, json.dumps(told, indent=1) + "\n")
+    write_text(path, json.dumps(costs, indent=1) + "\n")
 
 
 def read_costs(path: Path) -> dict[str, dict[str, float]]:
     """Return the costs by `worlds/agent`; empty without a file."""
-    found: dict[str, dict[str, float]] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    found: dict[str, dict[str, float]] = read_json(path) if path.exists() else {}
     return found
+
+
+def read_curves(folder: Path) -> Curves:
+    """Return the learning curves in a folder, with `cpu_seconds` from `timing/` next to it.
+
+    Raises
+    ------
+    TrundleError
+        If a file is not a learning curve.
+    """
+    found: dict[str, list[Row]] = {}
+    for path in sorted(folder.glob("*.json")):
+        curve, timing = read_json(path), folder.parent / "timing" / path.name
+        if not isinstance(curve, dict) or not curve.keys() >= set(CURVE_KEYS):
+            keys = ", ".join(CURVE_KEYS)
+            raise TrundleError(f"{path}: not a learning curve of `trundle train`, which has the keys {keys}")
+        seconds = read_json(timing)["cpu_seconds"] if timing.exists() else math.nan
+        found.setdefault(curve["config"], []).append({**curve, "cpu_seconds": seconds})
+    return {name: sorted(curves, key=lambda one: int(one["seed"])) for name, curves in found.items()}

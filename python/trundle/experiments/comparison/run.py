@@ -3,54 +3,34 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from trundle.experiments import versions
-from trundle.experiments.backends import Backend
-from trundle.experiments.comparison.config import Settings, read
+from trundle.experiments.comparison.config import Settings, Trial, read
 from trundle.experiments.comparison.document import write_document
 from trundle.experiments.comparison.episode import make_player, play_unit
-from trundle.experiments.comparison.results import Trial, write_costs, write_results
+from trundle.experiments.comparison.results import write_costs, write_results
 from trundle.experiments.comparison.world import make_world
+from trundle.experiments.execution import Execution
 from trundle.experiments.results import Row
-from trundle.experiments.runner import Runner, Unit
+from trundle.experiments.runner import Unit
 from trundle.recording import TrundleError
 
 __all__ = ["compare"]
 
 
-def compare(
-    config: Path,
-    work: Path,
-    out: Path,
-    *,
-    backend: Backend,
-    count: int | None = None,
-    fresh: bool = False,
-    redraw: bool = False,
-    quiet: bool = False,
-) -> str:
+def compare(config: Path, execution: Execution, count: int | None = None) -> str:
     """Run the unfinished episodes of a comparison, and write its results and its document.
 
     Parameters
     ----------
     config : Path
         Settings file.
-    work : Path
-        Folder of finished episodes.
-    out : Path
-        Folder of the document, of the results and of `images/`.
-    backend : Backend
-        Where episodes run.
+    execution : Execution
+        The document, the results and `images/` are in its folder `out`.
     count : int, optional
         Largest number of worlds of each group, from the first on.
-    fresh, redraw : bool
-        Discard finished episodes; or only write the document.
-    quiet : bool
-        Show no progress.
 
     Returns
     -------
@@ -62,27 +42,19 @@ def compare(
     TrundleError
         If the file is invalid, or an episode cannot run.
     """
-    settings = with_count(read(config), count)
-    folder = out / settings.name
-    if not redraw:
-        store = work / settings.name
-        if fresh:
-            shutil.rmtree(store, ignore_errors=True)
+    settings = read(config)
+    if count is not None:
+        worlds = {name: replace(one, count=min(one.count, count)) for name, one in settings.worlds.items()}
+        settings = replace(settings, worlds=worlds)
+    if not execution.redraw:
         digests = policy_digests(settings)
         check_players(config, settings)
-        found = play_all(settings, digests, Runner(store, versions.of_package(), backend, quiet))
-        rows = {trial: row for trial, (row, _) in found.items()}
+        found = play_all(settings, digests, execution)
+        folder = execution.out / settings.name
+        rows = {trial: one["row"] for trial, one in found.items()}
         write_results(folder / "results.jsonl", settings, digests, rows)
-        write_costs(folder / "costs.json", {trial: cost for trial, (_, cost) in found.items()})
-    return write_document(out, settings, config)
-
-
-def with_count(settings: Settings, count: int | None) -> Settings:
-    """Return a comparison with at most `count` worlds in each group."""
-    if count is None:
-        return settings
-    fewer = {name: replace(w, count=min(w.count, count)) for name, w in settings.worlds.items()}
-    return replace(settings, worlds=fewer)
+        write_costs(folder / "costs.json", {trial: one["cost"] for trial, one in found.items()})
+    return write_document(execution.out, settings, config)
 
 
 def policy_digests(settings: Settings) -> dict[str, str]:
@@ -106,42 +78,23 @@ def check_players(config: Path, settings: Settings) -> None:
                 raise TrundleError(f"{config}: {agent} in [worlds.{name}]: {error}") from error
 
 
-def trials(settings: Settings) -> Iterator[Trial]:
-    """Yield every episode: all first worlds, then all second ones, so that a part is a comparison too."""
-    for number in range(max(worlds.count for worlds in settings.worlds.values())):
-        for name, worlds in settings.worlds.items():
-            for agent in worlds.agents if number < worlds.count else ():
-                for run in settings.agents[agent].runs:
-                    yield name, agent, run, worlds.first + number
+def play_all(settings: Settings, digests: Mapping[str, str], execution: Execution) -> dict[Trial, Row]:
+    """Run the episodes without a result; return each one's row and cost.
 
-
-def play_all(settings: Settings, digests: Mapping[str, str], runner: Runner) -> dict[Trial, tuple[Row, Row]]:
-    """Run the episodes without a result; return each one's outcome and cost, group by group."""
-    order = list(trials(settings))
+    All first worlds run before all second ones, so that a part is a comparison too.
+    """
+    order = sorted(settings.trials, key=lambda trial: trial.seed - settings.worlds[trial.worlds].first)
     units = [episode_unit(settings, digests, trial) for trial in order]
-    results = dict(zip(order, runner.run("playing", units), strict=True))
-    return {trial: (results[trial]["row"], results[trial]["cost"]) for trial in by_group(settings)}
+    results = dict(zip(order, execution.run(settings.name, "playing", units), strict=True))
+    return {trial: results[trial] for trial in settings.trials}
 
 
 def episode_unit(settings: Settings, digests: Mapping[str, str], trial: Trial) -> Unit:
     """Return the unit of an episode. Its key holds the digest of a policy, not the path of its file."""
-    name, agent, run, seed = trial
-    worlds, plays = settings.worlds[name], settings.agents[agent]
-    file = plays.files[run] if plays.files else None
-    arguments = {
-        "worlds": worlds.identity,
-        "agent": plays.identity,
-        "seed": seed,
-        "digest": digests.get(file or ""),
-    }
+    worlds, agent = settings.worlds[trial.worlds], settings.agents[trial.agent]
+    file = agent.files[trial.run] if agent.files else None
+    arguments = {"worlds": worlds.identity, "agent": agent.identity, "seed": trial.seed}
+    arguments["digest"] = digests.get(file or "")
     files = {} if file is None else {"file": Path(file)}
-    return Unit(f"{agent} in {name}, seed {seed}, run {run}", play_unit, arguments, files)
-
-
-def by_group(settings: Settings) -> Iterator[Trial]:
-    """Yield every episode in the order of the results."""
-    for name, worlds in settings.worlds.items():
-        for agent in worlds.agents:
-            for run in settings.agents[agent].runs:
-                for seed in worlds.seeds:
-                    yield name, agent, run, seed
+    name = f"{trial.agent} in {trial.worlds}, seed {trial.seed}, run {trial.run}"
+    return Unit(name, play_unit, arguments, files)

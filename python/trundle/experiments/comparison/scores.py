@@ -11,11 +11,12 @@ from trundle.experiments.statistics import Estimate, Scores, iqm, rate, relative
 
 __all__ = [
     "MAX_QUICK_PUSHES",
-    "negative_return",
+    "middle",
     "quick_success",
     "regret",
     "regret_iqm",
     "scores",
+    "share",
     "success",
     "time_to_success",
 ]
@@ -36,14 +37,24 @@ def scores(rows: Sequence[Row], figure: Figure) -> Scores:
     return found
 
 
+def share(rows: Sequence[Row], outcome: Figure) -> Estimate:
+    """Return the rate of an outcome of an agent."""
+    return rate(scores(rows, outcome))
+
+
+def middle(rows: Sequence[Row], figure: Figure) -> Estimate:
+    """Return the interquartile mean of a figure of an agent."""
+    return iqm(scores(rows, figure))
+
+
 def success(rows: Sequence[Row]) -> Estimate:
     """Return an agent's success rate."""
-    return rate(scores(rows, lambda row: row["success"]))
+    return share(rows, lambda row: row["success"])
 
 
 def quick_success(rows: Sequence[Row], push: float) -> Estimate:
     """Return the rate of success after at most `MAX_QUICK_PUSHES` learning pushes of `push` s each."""
-    return rate(scores(rows, lambda row: row["success"] and row["learning"] <= MAX_QUICK_PUSHES * push))
+    return share(rows, lambda row: row["success"] and row["learning"] <= MAX_QUICK_PUSHES * push)
 
 
 def time_to_success(row: Row) -> float:
@@ -57,11 +68,11 @@ def negative_return(row: Row) -> float:
 
 
 def regret(rows: Sequence[Row], oracle: Sequence[Row], figure: Figure = negative_return) -> Estimate:
-    """Return the relative excess of a cost, summed over all worlds, over the oracle's."""
+    """Return the relative excess of a cost over the oracle's, both summed over all worlds."""
     return relative_excess(scores(rows, figure), scores(oracle, figure))
 
 
-def regret_iqm(rows: Sequence[Row], oracle: Sequence[Row], figure: Figure = negative_return) -> Estimate:
-    """Return the interquartile mean over worlds of the relative excess of a cost over the oracle's."""
-    theirs = scores(oracle, figure)
-    return iqm((scores(rows, figure) - theirs) / np.abs(theirs))
+def regret_iqm(rows: Sequence[Row], oracle: Sequence[Row]) -> Estimate:
+    """Return the interquartile mean over worlds of the relative excess of the cost over the oracle's."""
+    costs = scores(oracle, negative_return)
+    return iqm((scores(rows, negative_return) - costs) / np.abs(costs))

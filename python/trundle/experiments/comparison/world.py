@@ -85,39 +85,39 @@ def draw_effect(
     effect: Mapping[str, Any], body: Mapping[str, Any], random: np.random.Generator
 ) -> dict[str, Any]:
     """Return one effect with all values given."""
-    given = {key: draw_value(key, told, random) for key, told in effect.items() if key != "at"}
+    given = {key: draw_value(key, value, random) for key, value in effect.items() if key != "at"}
     if "at" in effect:
         keys = PLACE_PARAMETERS.get(effect.get("kind", ""), ("x", "y"))
         given |= zip(keys, draw_place(effect["at"], body, random), strict=True)
     return given
 
 
-def draw_value(key: str, told: Any, random: np.random.Generator) -> Any:
+def draw_value(key: str, value: Any, random: np.random.Generator) -> Any:
     """Return a fixed value, a draw from a range, or one of several values."""
-    if isinstance(told, Mapping) and list(told) == ["any"] and told["any"]:
-        return told["any"][int(random.integers(len(told["any"])))]
-    if isinstance(told, list) and is_range(told):
-        return float(random.uniform(*told))
-    if isinstance(told, (Mapping, list)):
-        raise TrundleError(f"{key} = {told}: give a number, a range [low, high], or {{any = [...]}}")
-    return told
+    if isinstance(value, Mapping) and list(value) == ["any"] and value["any"]:
+        return value["any"][int(random.integers(len(value["any"])))]
+    if is_range(value):
+        return float(random.uniform(*value))
+    if isinstance(value, (Mapping, list)):
+        raise TrundleError(f"{key} = {value}: give a number, a range [low, high], or {{any = [...]}}")
+    return value
 
 
-def draw_place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tuple[float, float]:
+def draw_place(place: Any, body: Mapping[str, Any], random: np.random.Generator) -> tuple[float, float]:
     """Return a place on an object, m."""
-    if told == "foot":
+    if place == "foot":
         feet = body.get("support", [])
         if not feet:
             raise TrundleError('at = "foot": this object has no supports; give a range')
         x, y = feet[int(random.integers(len(feet)))]
         return float(x), float(y)
-    if not isinstance(told, list) or not is_range(told):
-        raise TrundleError(f'at = {told!r}: give "foot" or a range [low, high] of shares')
+    if not is_range(place):
+        raise TrundleError(f'at = {place!r}: give "foot" or a range [low, high] of shares')
     low, high = boundary_points(body).min(axis=0), boundary_points(body).max(axis=0)
-    share, angle = random.uniform(*told), random.uniform(-np.pi, np.pi)
-    way = np.array([np.cos(angle), np.sin(angle)])
+    share, angle = random.uniform(*place), random.uniform(-np.pi, np.pi)
+    direction = np.array([np.cos(angle), np.sin(angle)])
     # The origin need not lie in the middle: each quarter has an ellipse of its own.
-    x, y = share * np.where(way > 0.0, high, -low) * way
+    x, y = share * np.where(direction > 0.0, high, -low) * direction
     return float(x), float(y)
 
 
@@ -126,7 +126,7 @@ def boundary_points(body: Mapping[str, Any]) -> NDArray[np.float64]:
     return np.concatenate(outlines(body))
 
 
-def is_range(told: list[Any]) -> bool:
-    """Return whether a list is two numbers in order."""
-    numbers = all(isinstance(one, (int, float)) and not isinstance(one, bool) for one in told)
-    return len(told) == 2 and numbers and told[0] <= told[1]
+def is_range(value: Any) -> bool:
+    """Return whether a value is a list of two numbers in order."""
+    numbers = isinstance(value, list) and all(type(one) in (int, float) for one in value)
+    return numbers and len(value) == 2 and bool(value[0] <= value[1])

@@ -1,15 +1,15 @@
 """The experiments of Scholz et al., section V, and two further ones.
 
-An experiment is a module with the members of `Experiment`: its trials, how to run one, and its section of
-`docs/paper.md`. `trundle paper NAME` runs it.
+An experiment is a module with the members of `Experiment`: its settings, its trials, how to run one, and the
+values and figure of its section of `docs/paper.md`. `trundle paper NAME` runs it.
 """
 
 from __future__ import annotations
 
 from trundle.experiments.paper import fig5, fig6, fig8, open_loop, wheel_position
-from trundle.experiments.paper.experiment import Experiment, Options
+from trundle.experiments.paper.experiment import Experiment
 
-__all__ = ["EXPERIMENTS", "Experiment", "Options"]
+__all__ = ["EXPERIMENTS", "Experiment"]
 
 EXPERIMENTS: dict[str, Experiment] = {
     "fig5": fig5,

@@ -34,8 +34,8 @@ def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> R
         folder = Path(name)
         described = {"format": "trundle-object/1", "name": "object", "body": dict(body)}
         (folder / "object.toml").write_text(tomli_w.dumps(described), encoding="utf-8")
-        whole = {"format": "trundle-scenario/1", "object": "object.toml", **scenario}
-        (folder / "scenario.toml").write_text(tomli_w.dumps(whole), encoding="utf-8")
+        content = {"format": "trundle-scenario/1", "object": "object.toml", **scenario}
+        (folder / "scenario.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
         return simulate(folder / "scenario.toml", seed=seed)
 
 

@@ -4,40 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import trundle
 from trundle.experiments import figure_style
-from trundle.experiments.markdown import prose, table
-from trundle.experiments.paper import config, objects
-from trundle.experiments.paper.experiment import Options, Section
+from trundle.experiments.markdown import table
+from trundle.experiments.paper import experiment
+from trundle.experiments.paper.experiment import TaskObject, product, title
 from trundle.experiments.paper.scenario import record
 from trundle.experiments.results import Row
+from trundle.experiments.sampling import log_uniform
 from trundle.experiments.statistics import median
 from trundle.model import Model
+from trundle.picture import outlines
 
-FILE = "wheel_position"
-TITLE = "The wheel's position: a question that the paper left open"
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-KNOWN: dict[str, type | tuple[type, ...]] = {
-    "seeds": int,
-    "objects": list,
-    "frictions": list,
-    "wheel": list,
-    "dry": list,
-    "episodes": int,
-    "held_out": int,
-    "duration": float,
-    "speed": float,
-    "spin": float,
-    "starts": int,
-    "limit": float,
-    "sensor": dict,
-    "tracker": dict,
-}
 FORMS = {
     "wheel": ["viscous_wheel"],
     "support_friction": ["viscous_wheel", "support_friction"],
@@ -45,44 +32,54 @@ FORMS = {
 }
 """The fitted models: the paper's, and the paper's with dry friction in two forms."""
 PLACES = {"support_friction": "under the whole body", "coulomb_friction": "at one point"}
+MODELS = {"wheel": "a wheel alone", "chosen": "a wheel and dry friction"}
+"""The compared models: the paper's, and that of `preferred_form`."""
 
 
-def settings(options: Options) -> dict[str, Any]:
-    """Return the settings of the file and the bodies of its objects."""
-    found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
-    folder = options.objects
-    bodies = {name: objects.read_object(folder, name)["body"] for name in found["objects"]}
-    return {**found, "bodies": bodies, "file": FILE, "quick": options.quick}
+@dataclass(frozen=True, kw_only=True)
+class Settings(experiment.Settings):
+    """Settings; `wheel` and `dry` are ranges of damping, N·s/m, and force, N; `limit` is a distance, m."""
+
+    frictions: list[str]
+    wheel: tuple[float, float]
+    dry: tuple[float, float]
+    episodes: int
+    held_out: int
+    duration: float
+    speed: float
+    spin: float
+    starts: int
+    limit: float
+    sensor: dict[str, Any]
+    tracker: dict[str, Any]
 
 
-def trials(settings: dict[str, Any]) -> Sequence[Row]:
+def trials(settings: Settings) -> Sequence[Row]:
     """Return each seed under each friction."""
-    return [
-        {"friction": friction, "seed": seed}
-        for seed in range(settings["seeds"])
-        for friction in settings["frictions"]
-    ]
+    every = product(friction=settings.frictions, seed=range(settings.seeds))
+    return sorted(every, key=itemgetter("seed"))
 
 
-def perform(settings: dict[str, Any], trial: Row) -> Row:
+def perform(settings: Settings, trial: Row) -> Row:
     """Hide a wheel and dry friction, record pushes, and fit every model."""
     seed = trial["seed"]
-    name = settings["objects"][seed % len(settings["objects"])]
-    body = settings["bodies"][name]
-    hidden = draw_effects(settings, body, trial)
-    recording = record(scenario(settings, hidden), body, seed)
-    found: Row = {"object": name, "hidden": hidden, "fits": {}}
-    for form, kinds in FORMS.items():
-        found["fits"][form] = fit_form(recording, body, kinds, hidden[0], settings, seed)
-    return found
+    name = settings.objects[seed % len(settings.objects)]
+    pushed = settings.task_objects[name]
+    hidden = draw_effects(settings, pushed.body, trial)
+    recording = record(scenario(settings, hidden), pushed.body, seed)
+    fits = {
+        form: fit_form(recording, pushed, kinds, hidden[0], settings.starts, seed)
+        for form, kinds in FORMS.items()
+    }
+    return {"object": name, "hidden": hidden, "fits": fits}
 
 
-def draw_effects(settings: dict[str, Any], body: dict[str, Any], trial: Row) -> list[dict[str, Any]]:
+def draw_effects(settings: Settings, body: dict[str, Any], trial: Row) -> list[dict[str, Any]]:
     """Return a hidden wheel and hidden dry friction, as tables of a scenario."""
-    rng = np.random.default_rng([trial["seed"], settings["frictions"].index(trial["friction"])])
+    rng = np.random.default_rng([trial["seed"], settings.frictions.index(trial["friction"])])
     wheel = {"kind": "viscous_wheel", **draw_point(rng, body), "angle": float(rng.uniform(0, math.pi))}
-    wheel |= {name: draw_log_uniform(rng, settings["wheel"]) for name in ("mu_x", "mu_y")}
-    dry: dict[str, Any] = {"kind": trial["friction"], "force": draw_log_uniform(rng, settings["dry"])}
+    wheel |= {name: log_uniform(rng, *settings.wheel) for name in ("mu_x", "mu_y")}
+    dry: dict[str, Any] = {"kind": trial["friction"], "force": log_uniform(rng, *settings.dry)}
     if trial["friction"] == "coulomb_friction":
         dry |= draw_point(rng, body)
     elif "support" not in body:
@@ -92,67 +89,30 @@ def draw_effects(settings: dict[str, Any], body: dict[str, Any], trial: Row) -> 
 
 def draw_point(rng: np.random.Generator, body: dict[str, Any]) -> dict[str, float]:
     """Return a random place within the middle 90 % of the body's extent, m."""
-    corners = np.array([corner for polygon in outlines(body) for corner in polygon])
+    corners = np.concatenate(outlines(body))
     low, high = corners.min(axis=0), corners.max(axis=0)
     x, y = (low + high) / 2 + 0.9 * (rng.uniform(size=2) - 0.5) * (high - low)
     return {"x": float(x), "y": float(y)}
 
 
-def outlines(body: dict[str, Any]) -> list[list[list[float]]]:
-    """Return the corners of a body's parts; for a disc, of the square around it."""
-    if "footprint" in body:
-        return [body["footprint"]]
-    pieces = []
-    for fixture in body["fixture"]:
-        if "polygon" in fixture:
-            pieces.append(fixture["polygon"])
-        else:
-            x, y, r = fixture["disc"]
-            pieces.append([[x - r, y - r], [x + r, y - r], [x + r, y + r], [x - r, y + r]])
-    return pieces
-
-
-def draw_log_uniform(rng: np.random.Generator, limits: Sequence[float]) -> float:
-    """Return a draw between two limits that is uniform in its logarithm."""
-    low, high = limits
-    return float(math.exp(rng.uniform(math.log(low), math.log(high))))
-
-
-def scenario(settings: dict[str, Any], hidden: list[dict[str, Any]]) -> dict[str, Any]:
+def scenario(settings: Settings, hidden: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the scenario of a trial."""
-    return {
-        "name": "a hidden wheel",
-        "held_out": settings["held_out"],
-        "effect": hidden,
-        "sensor": settings["sensor"],
-        "tracker": settings["tracker"],
-        "random": {
-            "count": settings["episodes"],
-            "duration": settings["duration"],
-            "speed": settings["speed"],
-            "spin": settings["spin"],
-        },
-    }
+    pushes = {name: getattr(settings, name) for name in ("duration", "speed", "spin")}
+    shared = {name: getattr(settings, name) for name in ("held_out", "sensor", "tracker")}
+    random = {"count": settings.episodes, **pushes}
+    return {"name": "a hidden wheel", "effect": hidden, "random": random, **shared}
 
 
 def fit_form(
-    recording: trundle.Recording,
-    body: dict[str, Any],
-    kinds: list[str],
-    wheel: dict[str, Any],
-    settings: dict[str, Any],
-    seed: int,
+    recording: trundle.Recording, pushed: TaskObject, kinds: list[str], wheel: Row, starts: int, seed: int
 ) -> Row:
     """Fit one model and compare its wheel with the hidden one."""
-    unweighed = {key: value for key, value in body.items() if key != "mass"}
-    model = Model.from_toml(config.model_text(unweighed, [{"kind": kind} for kind in kinds]))
-    fit = trundle.fit(recording, model, starts=settings["starts"], seed=seed)
+    fit = trundle.fit(recording, Model.from_toml(pushed.free_model(*kinds)), starts=starts, seed=seed)
     by_name = {p["name"]: p for p in fit.summary["parameters"]}
-    place = [by_name[f"viscous_wheel.{axis}"] for axis in "xy"]
-    held = all(p["identifiable"] for p in place)
-    error = math.hypot(place[0]["mean"] - wheel["x"], place[1]["mean"] - wheel["y"]) if held else None
+    x, y = (by_name[f"viscous_wheel.{axis}"] for axis in "xy")
+    known = x["identifiable"] and y["identifiable"]
     return {
-        "error": error,
+        "error": math.hypot(x["mean"] - wheel["x"], y["mean"] - wheel["y"]) if known else None,
         "evidence": fit.summary["log_evidence"],
         "converged": fit.summary["converged"],
         "mass": by_name["body.mass"]["mean"],
@@ -163,108 +123,86 @@ def fit_form(
 
 def preferred_form(row: Row) -> str:
     """Return the model with dry friction of greater evidence."""
-    return max((f for f in FORMS if f != "wheel"), key=lambda f: float(row["fits"][f]["evidence"]))
+    return max(PLACES, key=lambda form: float(row["fits"][form]["evidence"]))
 
 
-def errors(rows: Sequence[Row], form: str) -> list[float]:
-    """Return the wheel's errors of a model, m; infinite if the position is not identifiable."""
-    picked = [row["fits"][preferred_form(row) if form == "chosen" else form]["error"] for row in rows]
-    return [math.inf if error is None else float(error) for error in picked]
+def fit_of(row: Row, model: str) -> Row:
+    """Return the fit of a model of `MODELS`."""
+    found: Row = row["fits"][preferred_form(row) if model == "chosen" else model]
+    return found
 
 
-def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
-    """Return the section."""
-    limit = settings["limit"]
-    lines = []
-    for friction in settings["frictions"]:
+def errors_cm(rows: Sequence[Row], model: str) -> list[float]:
+    """Return the wheel's errors of a model, cm; infinite if the position is not identifiable."""
+    errors = [fit_of(row, model)["error"] for row in rows]
+    return [math.inf if error is None else 100 * error for error in errors]
+
+
+def values(settings: Settings, rows: Sequence[Row]) -> dict[str, object]:
+    """Return the values of the text."""
+    limit, lines = 100 * settings.limit, []
+    for friction in settings.frictions:
         those = [row for row in rows if row["friction"] == friction]
-        for form, name in (("wheel", "a wheel alone"), ("chosen", "a wheel and dry friction")):
-            found = errors(those, form)
-            lines.append([PLACES[friction], name, *error_cells(found, limit), prediction_cell(those, form)])
-    head = [
-        "dry friction in the data",
-        "model",
-        "wheel off by, cm",
-        "largest, cm",
-        f"within {100 * limit:g} cm",
-    ]
-    right = sum(preferred_form(row) == row["friction"] for row in rows)
-    text = prose(
-        "paper",
-        FILE,
-        objects=", ".join(map(objects.title, settings["objects"])),
-        least_mu=settings["wheel"][0],
-        most_mu=settings["wheel"][1],
-        least_dry=settings["dry"][0],
-        most_dry=settings["dry"][1],
-        fitted=settings["episodes"] - settings["held_out"],
-        duration=settings["duration"],
-        held_out=settings["held_out"],
-        force=settings["sensor"]["force_noise"],
-        right=right,
-        trials=len(rows),
-        table=table([*head, "1 s ahead, held out, mm"], lines),
-        verdict=verdict(rows, settings),
-        limit_cm=100 * settings["limit"],
-    )
-    return Section(text, {"paper_wheel_position.png": lambda path: draw_errors(path, rows, settings)})
+        for model, name in MODELS.items():
+            errors = errors_cm(those, model)
+            within = f"{sum(error <= limit for error in errors)} of {len(errors)}"
+            ahead = median([1000 * fit_of(row, model)["one_second"] for row in those]).text(".2g")
+            middle = median(errors).text(".2g", "not identifiable")
+            lines.append([PLACES[friction], name, middle, error_text(max(errors)), within, ahead])
+    head = ["dry friction in the data", "model", "wheel off by, cm", "largest, cm", f"within {limit:g} cm"]
+    return {
+        "object_titles": ", ".join(map(title, settings.objects)),
+        "fitted": settings.episodes - settings.held_out,
+        "right": sum(preferred_form(row) == row["friction"] for row in rows),
+        "trials": len(rows),
+        "table": table([*head, "1 s ahead, held out, mm"], lines),
+        "verdict": verdict(settings, rows),
+        "limit_cm": limit,
+    }
 
 
-def error_cells(found: Sequence[float], limit: float) -> list[str]:
-    """Return median with interval, maximum, and the number within the limit."""
-    within = sum(error <= limit for error in found)
-    none = "not identifiable"
-    worst = max(found)
-    largest = f"{100 * worst:.2g}" if math.isfinite(worst) else none
-    return [median([100 * e for e in found]).text(".2g", none), largest, f"{within} of {len(found)}"]
+def error_text(error: float, unit: str = "") -> str:
+    """Return an error in cm."""
+    return f"{error:.2g}{unit}" if math.isfinite(error) else "not identifiable"
 
 
-def prediction_cell(rows: Sequence[Row], form: str) -> str:
-    """Return the held-out error one second ahead, mm."""
-    picked = [row["fits"][preferred_form(row) if form == "chosen" else form]["one_second"] for row in rows]
-    return median([1000 * float(value) for value in picked]).text(".2g")
-
-
-def verdict(rows: Sequence[Row], settings: dict[str, Any]) -> str:
-    """Say what the numbers say of the limit."""
-    limit = settings["limit"]
-    far = [(row, e) for row, e in zip(rows, errors(rows, "chosen"), strict=True) if e > limit]
+def verdict(settings: Settings, rows: Sequence[Row]) -> str:
+    """Return a sentence on the wheels that are farther off than the limit."""
+    limit = 100 * settings.limit
+    far = [(row, error) for row, error in zip(rows, errors_cm(rows, "chosen"), strict=True) if error > limit]
     if not far:
+        alone = sum(error > limit for error in errors_cm(rows, "wheel"))
         return (
-            f"With dry friction in the model every wheel is within {100 * limit:g} cm; without it "
-            f"{sum(e > limit for e in errors(rows, 'wheel'))} of {len(rows)} are not."
+            f"With dry friction in the model every wheel is within {limit:g} cm; without it "
+            f"{alone} of {len(rows)} are not."
         )
-    told = "; ".join(
-        f"seed {row['seed']}, {row['object']}, {PLACES[row['friction']]}: "
-        + ("not identifiable" if math.isinf(e) else f"{100 * e:.2g} cm")
+    parts = [
+        f"seed {row['seed']}, {row['object']}, {PLACES[row['friction']]}: {error_text(error, ' cm')}"
         + ("" if preferred_form(row) == row["friction"] else ", the wrong form chosen")
-        for row, e in far
-    )
-    return f"Not within {100 * limit:g} cm with dry friction in the model: {told}."
+        for row, error in far
+    ]
+    return f"Not within {limit:g} cm with dry friction in the model: {'; '.join(parts)}."
 
 
-def draw_errors(path: Path, rows: Sequence[Row], settings: dict[str, Any]) -> None:
+def draw(settings: Settings, rows: Sequence[Row]) -> Figure:
     """Draw every wheel's error, without and with dry friction in the model."""
     from matplotlib.ticker import MaxNLocator
 
-    figure, axes = figure_style.sheet(1, len(settings["frictions"]), (7.2, 3.0))
-    for one, friction in zip(axes, settings["frictions"], strict=True):
+    figure, axes = figure_style.sheet(1, len(settings.frictions), (7.2, 3.0))
+    styles = [("s", figure_style.COLOURS["lr"]), ("o", figure_style.COLOURS["pbr"])]
+    for one, friction in zip(axes, settings.frictions, strict=True):
         those = [row for row in rows if row["friction"] == friction]
-        before, after = (errors(those, form) for form in ("wheel", "chosen"))
-        for k, pair in enumerate(zip(before, after, strict=True)):
-            shown = [100 * e if math.isfinite(e) else np.nan for e in pair]
-            one.plot([k, k], shown, color="#c9ced4", linewidth=1, zorder=1)
-            one.plot(k, shown[0], marker="s", color=figure_style.COLOURS["lr"], linestyle="none")
-            one.plot(k, shown[1], marker="o", color=figure_style.COLOURS["pbr"], linestyle="none")
-        one.plot(
-            [], [], marker="s", color=figure_style.COLOURS["lr"], linestyle="none", label="a wheel alone"
-        )
-        one.plot(
-            [], [], marker="o", color=figure_style.COLOURS["pbr"], linestyle="none", label="and dry friction"
-        )
-        one.axhline(100 * settings["limit"], color=figure_style.GREY, linewidth=0.8, linestyle="--")
+        errors = np.array([errors_cm(those, model) for model in MODELS])
+        errors[np.isinf(errors)] = np.nan
+        for k, pair in enumerate(errors.T):
+            one.plot([k, k], pair, color="#c9ced4", linewidth=1, zorder=1)
+            for error, (marker, colour) in zip(pair, styles, strict=True):
+                one.plot(k, error, marker=marker, color=colour, linestyle="none")
+        for (marker, colour), label in zip(styles, ("a wheel alone", "and dry friction"), strict=True):
+            one.plot([], [], marker=marker, color=colour, linestyle="none", label=label)
+        one.axhline(100 * settings.limit, color=figure_style.GREY, linewidth=0.8, linestyle="--")
         one.set(yscale="log", ylim=(1e-3, 60), xlabel="seed", ylabel="wheel off by (cm)")
         one.set_title(f"dry friction {PLACES[friction]}", fontsize=9)
         one.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes[0].legend(fontsize=8, frameon=False, loc="lower left")
-    figure_style.save(figure, path)
+    figure_style.legend(axes[0], loc="lower left")
+    return figure

@@ -1,23 +1,18 @@
-"""Checkpoints from which an interrupted training continues with the same result."""
+"""The state from which an interrupted training continues with the same result; needs `trundle[rl]`."""
 
 from __future__ import annotations
 
-import os
 import random
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from stable_baselines3 import SAC
 
-from trundle._native import TrundleError
-from trundle.atomic import atomic_file
-from trundle.experiments.training import state_file
 from trundle.experiments.training.networks import Algorithm
 from trundle.experiments.training.worlds import Worlds, pick_attributes
 
-__all__ = ["read", "restore", "state", "write"]
+__all__ = ["restore", "state"]
 
 COUNTERS = (
     "num_timesteps",
@@ -36,7 +31,7 @@ BUFFER_ARRAYS = ("observations", "next_observations", "actions", "rewards", "don
 
 def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
     """Return the state between two rollouts: networks, optimisers, replay buffer, worlds, random numbers."""
-    kept = {
+    found = {
         "networks": learner.get_parameters(),
         "counters": pick_attributes(learner, COUNTERS),
         "worlds": worlds.state(),
@@ -44,59 +39,29 @@ def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
         "sampling": learner.action_space.np_random.bit_generator.state,
     }
     if isinstance(learner, SAC):
-        kept["memory"] = buffer_state(learner.replay_buffer)
+        buffer = learner.replay_buffer
+        filled = buffer.buffer_size if buffer.full else buffer.pos
+        arrays = {name: getattr(buffer, name)[:filled] for name in BUFFER_ARRAYS}
+        found["buffer"] = (buffer.pos, buffer.full, arrays)
         if learner.ent_coef_optimizer is not None:
-            kept["log_ent_coef"] = learner.log_ent_coef.detach()
-    return kept
+            found["log_ent_coef"] = learner.log_ent_coef.detach()
+    return found
 
 
-def restore(learner: Algorithm, worlds: Worlds, kept: dict[str, Any]) -> None:
+def restore(learner: Algorithm, worlds: Worlds, found: dict[str, Any]) -> None:
     """Restore a new algorithm and its worlds to a state."""
-    learner.set_parameters(kept["networks"], device="cpu")
-    vars(learner).update(kept["counters"])
-    worlds.restore(kept["worlds"])
+    learner.set_parameters(found["networks"], device="cpu")
+    vars(learner).update(found["counters"])
+    worlds.restore(found["worlds"])
     if isinstance(learner, SAC):
-        memory = learner.replay_buffer
-        memory.pos, memory.full, arrays = kept["memory"]
+        buffer = learner.replay_buffer
+        buffer.pos, buffer.full, arrays = found["buffer"]
         for name, filled in arrays.items():
-            getattr(memory, name)[: len(filled)] = filled
+            getattr(buffer, name)[: len(filled)] = filled
         if learner.ent_coef_optimizer is not None:
-            learner.log_ent_coef.data.copy_(kept["log_ent_coef"])
-    learner.action_space.np_random.bit_generator.state = kept["sampling"]
-    python, numpy, torch_state = kept["random"]
+            learner.log_ent_coef.data.copy_(found["log_ent_coef"])
+    learner.action_space.np_random.bit_generator.state = found["sampling"]
+    python, numpy, torch_state = found["random"]
     random.setstate(python)
     np.random.set_state(numpy)
     torch.set_rng_state(torch_state)
-
-
-def buffer_state(memory: Any) -> tuple[int, bool, dict[str, Any]]:
-    """Return the contents of a replay buffer."""
-    filled = memory.buffer_size if memory.full else memory.pos
-    return memory.pos, memory.full, {name: getattr(memory, name)[:filled] for name in BUFFER_ARRAYS}
-
-
-def write(path: Path, kept: dict[str, Any]) -> None:
-    """Write a checkpoint atomically."""
-    with atomic_file(path) as part, part.open("wb") as file:
-        state_file.save(file, kept)
-        file.flush()
-        os.fsync(file.fileno())
-
-
-def read(path: Path) -> dict[str, Any] | None:
-    """Return a checkpoint, or None without a file.
-
-    Raises
-    ------
-    TrundleError
-        If the file is not a checkpoint.
-    """
-    if not path.exists():
-        return None
-    try:
-        kept: dict[str, Any] = state_file.load(path)
-        return kept
-    except Exception as error:  # damaged files raise various errors
-        raise TrundleError(
-            f"{path}: not a checkpoint ({error}): remove the file to restart the training"
-        ) from error

@@ -21,15 +21,14 @@ ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 def algorithm(settings: Settings, seed: int, worlds: Worlds) -> Algorithm:
     """Return an untrained algorithm."""
-    told = dict(settings.hyperparameters)
-    for key in ("learning_rate", "clip_range"):
-        if isinstance(told.get(key), str) and told[key].startswith("lin_"):
-            told[key] = linear_schedule(float(told[key].removeprefix("lin_")))
-    network = dict(settings.policy_kwargs)
+    arguments, network = settings.hyperparameters, settings.network
+    for key, value in arguments.items():
+        if isinstance(value, str) and value.startswith("lin_"):
+            arguments[key] = linear_schedule(float(value.removeprefix("lin_")))
     if "activation_fn" in network:
         network["activation_fn"] = ACTIVATIONS[network["activation_fn"]]
     chosen = ALGORITHMS[settings.algorithm]
-    return chosen(env=worlds.top, seed=seed * SEED_STRIDE, device="cpu", policy_kwargs=network, **told)
+    return chosen(env=worlds.top, seed=seed * SEED_STRIDE, device="cpu", policy_kwargs=network, **arguments)
 
 
 def linear_schedule(most: float) -> Any:
@@ -41,7 +40,10 @@ def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) 
     """Return the current policy in a form that needs NumPy only."""
     policy = learner.policy
     squashed = isinstance(learner, SAC)
-    modules = [*policy.actor.latent_pi, policy.actor.mu] if squashed else actor_modules(policy)
+    if squashed:
+        modules = [*policy.actor.latent_pi, policy.actor.mu]
+    else:
+        modules = [*policy.mlp_extractor.policy_net, policy.action_net]
     layers = [
         (module.weight.detach().numpy().copy(), module.bias.detach().numpy().copy())
         for module in modules
@@ -64,13 +66,8 @@ def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) 
         entries=worlds.batch.observation_space.shape[0],
         frame=settings.frame,
         frame_stack=settings.frame_stack,
-        activation=settings.policy_kwargs.get("activation_fn", "relu" if squashed else "tanh"),
+        activation=settings.network.get("activation_fn", "relu" if squashed else "tanh"),
         squashed=squashed,
         clip_obs=float(clip),
     )
     return Policy(about, mean, deviation, layers)
-
-
-def actor_modules(policy: Any) -> list[Any]:
-    """Return the modules from features to the mean action of an actor and critic."""
-    return [*policy.mlp_extractor.policy_net, policy.action_net]

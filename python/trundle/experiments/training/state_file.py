@@ -1,36 +1,70 @@
-"""Files of nested state as arrays and JSON. Reading one executes no code."""
+"""Files of nested state. Reading one creates objects of the listed types and runs no other code."""
 
 from __future__ import annotations
 
-import json
+import os
+import pickle
 import sys
-import zipfile
-from collections import deque
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trundle._native import Snapshot
+from trundle._native import TrundleError
+from trundle.atomic import atomic_file
 
-__all__ = ["load", "save"]
+__all__ = ["load", "save", "tensor"]
 
-TREE = "tree"
-"""Name of the array that holds the JSON, as UTF-8."""
+PROTOCOL = 4
+ALLOWED = {
+    "collections.OrderedDict",
+    "collections.deque",
+    "numpy.core.multiarray._reconstruct",
+    "numpy.core.multiarray.scalar",
+    "numpy.dtype",
+    "numpy.ndarray",
+    "stable_baselines3.common.running_mean_std.RunningMeanStd",
+    "trundle._native.Snapshot",
+    f"{__name__}.tensor",
+}
+"""Types and functions that a file may name. NumPy 2 has `core` under the name `_core`."""
 
 
-def save(file: IO[bytes], state: Any) -> None:
-    """Write nested dictionaries, lists, tuples and deques of numbers, strings, arrays, tensors and snapshots.
+def tensor(values: NDArray[Any]) -> Any:
+    """Return a tensor with the values of an array."""
+    import torch
 
-    Raises
-    ------
-    TypeError
-        If the state holds anything else.
-    """
-    arrays: dict[str, Any] = {}
-    tree = json.dumps(_encoded(state, arrays)).encode()
-    arrays[TREE] = np.frombuffer(tree, np.uint8)
-    np.savez(file, **arrays)
+    return torch.from_numpy(values)
+
+
+class Pickler(pickle.Pickler):
+    """Writes tensors as arrays."""
+
+    def reducer_override(self, value: Any) -> Any:
+        """Return how to create a tensor again."""
+        torch: Any = sys.modules.get("torch")
+        if torch is not None and isinstance(value, torch.Tensor):
+            return tensor, (np.asarray(value.detach().cpu()),)
+        return NotImplemented
+
+
+class Unpickler(pickle.Unpickler):
+    """Refuses everything that is not in `ALLOWED`."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Return a type or function."""
+        if f"{module}.{name}".replace("numpy._core.", "numpy.core.") not in ALLOWED:
+            raise pickle.UnpicklingError(f"{module}.{name} is not allowed")
+        return super().find_class(module, name)
+
+
+def save(path: Path, state: Any) -> None:
+    """Write nested containers of numbers, strings, arrays, tensors and snapshots atomically, to the disk."""
+    with atomic_file(path) as part, part.open("wb") as file:
+        Pickler(file, PROTOCOL).dump(state)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def load(path: Path) -> Any:
@@ -38,69 +72,13 @@ def load(path: Path) -> Any:
 
     Raises
     ------
-    ValueError
+    TrundleError
         If the file has another content, or is damaged.
     """
     try:
-        with np.load(path, allow_pickle=False) as found:
-            return _decoded(json.loads(found[TREE].tobytes()), found)
-    except (KeyError, IndexError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{type(error).__name__}: {error}") from error
-
-
-def _encoded(value: Any, arrays: dict[str, Any]) -> Any:
-    """Return a value as JSON: a leaf unchanged, other values as a list that begins with the kind."""
-    if value is None or type(value) in (bool, int, float, str):
-        return value
-    if isinstance(value, dict):
-        return ["dict", [[_encoded(key, arrays), _encoded(each, arrays)] for key, each in value.items()]]
-    if type(value) in (list, tuple):
-        return [type(value).__name__, [_encoded(each, arrays) for each in value]]
-    if isinstance(value, deque):
-        return ["deque", value.maxlen, [_encoded(each, arrays) for each in value]]
-    if isinstance(value, Snapshot):
-        options, state = value.__getnewargs__()
-        return ["snapshot", options, _kept(np.frombuffer(state, np.uint8), arrays)]
-    if isinstance(value, (np.ndarray, np.generic)) and value.dtype != object:
-        return ["scalar" if isinstance(value, np.generic) else "array", _kept(np.asarray(value), arrays)]
-    torch: Any = sys.modules.get("torch")
-    if torch is not None and isinstance(value, torch.Tensor):
-        return ["tensor", _kept(value.detach().cpu().numpy(), arrays)]
-    if type(value).__name__ == "RunningMeanStd":
-        return ["moments", _encoded(vars(value), arrays)]
-    raise TypeError(f"a state cannot hold {type(value)}")
-
-
-def _kept(array: np.ndarray[Any, Any], arrays: dict[str, Any]) -> str:
-    name = f"a{len(arrays)}"
-    arrays[name] = array
-    return name
-
-
-def _decoded(value: Any, arrays: Any) -> Any:
-    if not isinstance(value, list):
-        return value
-    kind, *rest = value
-    if kind == "dict":
-        return {_decoded(key, arrays): _decoded(each, arrays) for key, each in rest[0]}
-    if kind in ("list", "tuple"):
-        values = [_decoded(each, arrays) for each in rest[0]]
-        return values if kind == "list" else tuple(values)
-    if kind == "deque":
-        return deque((_decoded(each, arrays) for each in rest[1]), maxlen=rest[0])
-    if kind == "snapshot":
-        return Snapshot(rest[0], arrays[rest[1]].tobytes())
-    if kind in ("array", "scalar"):
-        array = arrays[rest[0]]
-        return array if kind == "array" else array[()]
-    if kind == "tensor":
-        import torch
-
-        return torch.from_numpy(arrays[rest[0]])
-    if kind == "moments":
-        from stable_baselines3.common.running_mean_std import RunningMeanStd
-
-        moments = RunningMeanStd()
-        vars(moments).update(_decoded(rest[0], arrays))
-        return moments
-    raise ValueError(f"{kind!r} is no kind of value")
+        with path.open("rb") as file:
+            return Unpickler(file).load()
+    except Exception as error:  # damaged files raise various errors
+        raise TrundleError(
+            f"{path}: not a checkpoint ({error}): remove the file to restart the training"
+        ) from error

@@ -26,6 +26,8 @@ ENV_LOSS_COST, ENV_HEADING_WEIGHT_M = 100.0, 0.3
 """Weights in the environments' reward: cost of a lost object, and of a radian of heading error (m)."""
 NEAR_GOAL_M = 0.2
 """Scale of the error for `miss_cost`."""
+MONITOR_KEYS = ("episode_returns", "episode_lengths", "episode_count")
+NORMALIZE_KEYS = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
 
 
 class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
@@ -38,17 +40,17 @@ class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
 
     def reset(self) -> NDArray[np.float32]:
         """Start episodes."""
-        return self._seen(self.venv.reset())
+        return self._convert(self.venv.reset())
 
     def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
         """Step, and convert the observations."""
         observations, rewards, dones, infos = self.venv.step_wait()
         for index in np.flatnonzero(dones):
             last = infos[index]["terminal_observation"]
-            infos[index]["terminal_observation"] = self._seen(last[None])[0]
-        return self._seen(observations), rewards, dones, infos
+            infos[index]["terminal_observation"] = self._convert(last[None])[0]
+        return self._convert(observations), rewards, dones, infos
 
-    def _seen(self, observations: Any) -> NDArray[np.float32]:
+    def _convert(self, observations: Any) -> NDArray[np.float32]:
         return to_frame(observations, self._task, self._frame)
 
 
@@ -87,15 +89,15 @@ class Worlds(NamedTuple):
 
     def state(self) -> dict[str, Any]:
         """Return the state between two steps."""
-        kept = {
+        state = {
             "episodes": self.batch.env_method("snapshot"),
             "monitor": pick_attributes(self.monitor, MONITOR_KEYS),
         }
         if self.stack is not None:
-            kept["stack"] = self.stack.stacked_obs.stacked_obs
+            state["stack"] = self.stack.stacked_obs.stacked_obs
         if self.normalize is not None:
-            kept["normalize"] = pick_attributes(self.normalize, NORMALIZE_KEYS)
-        return kept
+            state["normalize"] = pick_attributes(self.normalize, NORMALIZE_KEYS)
+        return state
 
     def restore(self, state: dict[str, Any]) -> None:
         """Restore a state of environments with the same settings."""
@@ -106,10 +108,6 @@ class Worlds(NamedTuple):
             self.stack.stacked_obs.stacked_obs = state["stack"]
         if self.normalize is not None:
             vars(self.normalize).update(state["normalize"])
-
-
-MONITOR_KEYS = ("episode_returns", "episode_lengths", "episode_count")
-NORMALIZE_KEYS = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
 
 
 def pick_attributes(owner: Any, names: tuple[str, ...]) -> dict[str, Any]:
