@@ -46,7 +46,7 @@ impl Choice {
 /// Fit the free parameters of a model to the training episodes; see `trundle.fit`.
 #[pyfunction]
 #[pyo3(signature = (
-    recordings, model=None, *, choice, per_episode=BTreeSet::new(), prior=None, start=None, starts=6, seed=0,
+    recordings, model=None, *, choice, per_episode=vec![], prior=None, start=None, starts=6, seed=0,
     optimiser="lm", progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
@@ -55,7 +55,7 @@ fn _fit(
     recordings: Vec<Bound<'_, PyAny>>,
     model: Option<&str>,
     choice: Choice,
-    per_episode: BTreeSet<String>,
+    per_episode: Vec<String>,
     prior: Option<PriorText>,
     start: Option<BTreeMap<String, f64>>,
     starts: usize,
@@ -75,7 +75,13 @@ fn _fit(
         start: start.as_ref(),
         likelihood,
         simulator: simulator.as_ref().map(|simulator| simulator as &dyn Stepper),
-        options: FitOptions { starts, seed, optimiser, per_episode, ..FitOptions::default() },
+        options: FitOptions {
+            starts,
+            seed,
+            optimiser,
+            per_episode: BTreeSet::from_iter(per_episode),
+            ..FitOptions::default()
+        },
     };
     let found = watched_request(py, progress, &STAGES, |watch| fit_recordings(&recordings, &request, watch));
     // An exception of the caller's simulator takes precedence over the error that it causes.

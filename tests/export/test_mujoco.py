@@ -265,7 +265,7 @@ def test_a_drawn_model_is_the_simulated_one(tmp_path: Path) -> None:
     effects.use({"body.mass": 31.0})
     assert model.body("object").mass[0] == 31.0
     assert model.body("object").inertia[2] == pytest.approx(31.0 * (1.2**2 + 0.8**2) / 12.0)
-    with pytest.raises(trundle.TrundleError, match=r"no `body.weight`"):
+    with pytest.raises(trundle.TrundleError, match=r"unknown name `body.weight`"):
         effects.use({"body.weight": 31.0})
 
 

@@ -61,7 +61,7 @@ def test_both_optimisers_agree(recording: Path) -> None:
 
 
 def test_an_unknown_optimiser_is_refused(recording: Path) -> None:
-    with pytest.raises(trundle.TrundleError, match="neither 'lm' nor 'lbfgs'"):
+    with pytest.raises(trundle.TrundleError, match="choose 'lm' or 'lbfgs'"):
         trundle.fit(recording, optimiser="newton")  # type: ignore[arg-type]
 
 

@@ -81,7 +81,7 @@ def test_recordings_of_different_objects_are_refused(cart: Cart) -> None:
     [
         ({"likelihood": "guess"}, "choose one of filter"),
         ({"loss": "cauchy", "likelihood": "windows"}, "gaussian"),
-        ({"loss": "student"}, "filter's residuals are normal"),
+        ({"loss": "student"}, "the filter requires normal residuals"),
         ({"likelihood": "windows", "window": 0.0}, "window of 0 s"),
         ({"per_episode": ["body.weight"]}, "body.weight"),
     ],

@@ -36,7 +36,7 @@ def test_a_known_wall_is_simulated(cart: Cart, model: trundle.Model) -> None:
 
 
 def test_the_filter_refuses_obstacles(cart: Cart) -> None:
-    with pytest.raises(trundle.TrundleError, match="knows of no obstacle"):
+    with pytest.raises(trundle.TrundleError, match="supports neither obstacles"):
         trundle.fit(cart(wall=True), likelihood="filter")
 
 

@@ -81,12 +81,13 @@ impl EmbeddedLaws {
 
     /// Effect of the laws over a step under the applied wrench `force`.
     ///
-    /// A step `M (v' − v)/dt = push − D v' + force` with the same force ends in the velocity of
-    /// [`Plant::step`]. With another force, the damping answers as the laws would, to first order.
+    /// A step `M (v' − v)/dt = push − D v' + force`, in the axes of the object at its beginning, with the same
+    /// force ends in the velocity of [`Plant::step`]. With another force, the damping answers as the laws would, to first order.
     pub fn step(&self, state: &State<f64>, force: [f64; 3], clock: Clock, dt: f64) -> EmbeddedStep {
         let after = self.plant.step(state, force, clock, dt);
         let damping = self.plant.generalised_force(&after, clock).damping;
-        let twists = [state, &after].map(|at| to_body(at.twist, at.pose[2]));
+        let heading = state.pose[2];
+        let twists = [state.twist, after.twist].map(|twist| to_body(twist, heading));
         let acceleration = [0, 1, 2].map(|k| (twists[1][k] - twists[0][k]) / dt);
         let inertial = self.inertial_wrench(acceleration, twists[0][2]);
         let damped = product(damping, twists[1]);
