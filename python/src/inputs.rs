@@ -1,6 +1,6 @@
 //! Arguments that several functions share.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use pyo3::prelude::*;
 use trundle_model::{Model, PriorFile};
@@ -29,6 +29,6 @@ pub(crate) fn prior(text: Option<PriorText>) -> PyResult<Option<PriorFile>> {
 }
 
 /// An error of the file at `path`.
-pub(crate) fn in_file(path: &PathBuf, error: impl std::fmt::Display) -> PyErr {
+pub(crate) fn in_file(path: &Path, error: impl std::fmt::Display) -> PyErr {
     refused(format!("{}: {error}", path.display()))
 }
