@@ -39,6 +39,7 @@ from peers import (
 )
 
 import trundle
+from trundle.envs import Observation
 
 ENVS = (1, 64, MANY)
 TURN = 0.15
@@ -64,9 +65,9 @@ def options(scene: str, substeps: int = SUBSTEPS) -> dict[str, Any]:
 
 def before_wall() -> dict[str, Any]:
     """Return reset options that put the table of seed 0 before a wall, beside the doorway, facing it."""
-    seen, _ = gymnasium.make("trundle/PushDoor-v0", **options(WALL)).reset(seed=0)
-    x, y, cos, sin, width = seen[-5:]
-    beside = width / 2 + 0.45
+    seen = Observation(gymnasium.make("trundle/PushDoor-v0", **options(WALL)).reset(seed=0)[0])
+    (x, y), (cos, sin) = seen.door_position, seen.door_direction
+    beside = seen.door_width / 2 + 0.45
     return {"start": [x - AHEAD * cos - beside * sin, y - AHEAD * sin + beside * cos, np.arctan2(sin, cos)]}
 
 

@@ -26,6 +26,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 import trundle
+from trundle.envs import Observation
 
 SAMPLES, HORIZON, HOLD, STEPS = 1000, 20, 0.1, 2
 """Plans in an iteration, actions in a plan, how long each lasts (s), and steps in an action."""
@@ -64,8 +65,8 @@ def doorway() -> tuple[list[float], list[float], list[Any]]:
     env = gymnasium.make("trundle/PushDoor-v0")
     seen, _ = env.reset(seed=0)
     source: Any = env.unwrapped
-    start = [seen[0], seen[1], math.atan2(seen[3], seen[2])]
-    return start, [seen[7], seen[8], math.atan2(seen[10], seen[9])], source.seen_obstacles(seen)
+    fields = Observation(seen)
+    return fields.pose.tolist(), fields.goal_pose.tolist(), source.seen_obstacles(seen)
 
 
 def ours(what: str, model: trundle.Model, through: bool = False, **settings: Any) -> Contestant:

@@ -17,7 +17,8 @@ env = gymnasium.make("trundle/LockedWheel-v0")
 agent = trundle.AdaptiveAgent(env)
 
 observation, info = env.reset(seed=seed)
-distance = float(((observation[0:2] - observation[7:9]) ** 2).sum() ** 0.5)
+fields = trundle.envs.Observation(observation)
+distance = float(((fields.position - fields.goal_position) ** 2).sum() ** 0.5)
 print(f"{distance:.2f} m to go; the agent believes that the table rolls freely")
 
 # One turn of the loop: the agent pushes for 50 ms and looks. As long as it matters which model is true, it

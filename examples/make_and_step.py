@@ -22,7 +22,8 @@ for _ in range(20):
     observation, reward, terminated, truncated, info = env.step(push)
     if terminated or truncated:
         break
-print(f"after a second: {info['distance']:.2f} m from the goal, at {observation[4:6].round(2)} m/s")
+velocity = trundle.envs.Observation(observation).velocity
+print(f"after a second: {info['distance']:.2f} m from the goal, at {velocity.round(2)} m/s")
 
 # A planner may try the next second in three ways from here, random numbers and clock included.
 task = env.unwrapped

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from trundle._native import Model, Planner, Pushing, TrundleError
 from trundle.belief import Belief, Update, described, modelled, rolling
 from trundle.braking import braking, runs_away
+from trundle.envs.observation import COMMON_ENTRIES, Observation
 from trundle.learners import learner as learner_of
 from trundle.picture import outlines
 
@@ -20,8 +21,6 @@ __all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
 
 Array: TypeAlias = NDArray[np.float64]
 
-OBSERVATION = 16
-"""Entries that every observation begins with, as `trundle.envs.Push` describes them."""
 WRENCH = 3
 """Entries of an action that are a wrench."""
 MODES = ("wrench", "regrasp")
@@ -203,26 +202,27 @@ class AdaptiveAgent:
         state : tuple of Belief
             One for each environment; it is brought up to date by the next call, not copied.
         """
-        rows = np.asarray(observation, dtype=np.float64)
-        many = np.atleast_2d(rows)
-        if rows.ndim not in (1, 2) or many.shape[1] != self._entries:
-            wanted = f"({self._entries},) or (n, {self._entries})"
-            raise TrundleError(f"an observation has shape {wanted}, not {rows.shape}")
-        if self._sees and len(many) > 1:
+        given = np.asarray(observation, dtype=np.float64)
+        vectors = np.atleast_2d(given)
+        if given.ndim not in (1, 2) or vectors.shape[1] != self._entries:
+            expected = f"({self._entries},) or (n, {self._entries})"
+            raise TrundleError(f"an observation has shape {expected}, not {given.shape}")
+        rows = [Observation(vector) for vector in vectors]
+        if self._sees and len(rows) > 1:
             raise TrundleError("outline = True: the agent sees the object of one environment, not of several")
         known: Sequence[Belief | None] = self._beliefs if state is None else state
-        if len(known) != len(many):
-            known = [None] * len(many)
+        if len(known) != len(rows):
+            known = [None] * len(rows)
         if episode_start is None:
-            starts = [belief is None or changed(belief, row) for belief, row in zip(known, many, strict=True)]
+            starts = [belief is None or changed(belief, row) for belief, row in zip(known, rows, strict=True)]
         else:
-            starts = np.broadcast_to(np.asarray(episode_start), len(many)).tolist()
-        pairs = zip(known, many, starts, strict=True)
+            starts = np.broadcast_to(np.asarray(episode_start), len(rows)).tolist()
+        pairs = zip(known, rows, starts, strict=True)
         self._beliefs = tuple(self._followed(belief, row, start) for belief, row, start in pairs)
         actions = np.array([self._act(belief) for belief in self._beliefs], dtype=np.float32)
-        return actions.reshape((*rows.shape[:-1], -1)), self._beliefs
+        return actions.reshape((*given.shape[:-1], -1)), self._beliefs
 
-    def _followed(self, belief: Belief | None, row: Array, start: bool) -> Belief:
+    def _followed(self, belief: Belief | None, row: Observation, start: bool) -> Belief:
         """Return the belief after one more observation."""
         if belief is None or start:
             return self._begun(row)
@@ -238,7 +238,7 @@ class AdaptiveAgent:
         steps = len(belief.seen) - 1
         return steps % (1 if unsure(belief) else self._push) == 0 and steps <= self._last_fit
 
-    def _begun(self, row: Array) -> Belief:
+    def _begun(self, row: Observation) -> Belief:
         metadata = described(self._source.recording_metadata("episode"))
         if self._varied and self._sees:
             # An outline alone: not where the object stands on the floor.
@@ -246,7 +246,7 @@ class AdaptiveAgent:
             metadata = {**metadata, "object": thing}
         elif self._varied:
             # Of several objects an observation tells how large this one is, and no more.
-            a, b = row[OBSERVATION : OBSERVATION + 2]
+            a, b = row.half_size
             thing = {"footprint": [[-a, -b], [a, -b], [a, b], [-a, b]]}
             metadata = {**metadata, "object": thing}
         model = rolling(metadata["object"], self._mass) if self._model is None else self._model
@@ -267,7 +267,7 @@ class AdaptiveAgent:
         # What is known is not forgotten: once the truth is worth little, it stays so.
         worth = self._worth(belief, inner) if last > MATTERS else last
         belief.planner.be_curious(CURIOSITY if self._probe and worth > MATTERS else 0.0)
-        slow = np.hypot(*belief.now[4:6]) < AT_REST and abs(belief.now[6]) < AT_REST
+        slow = np.hypot(*belief.now.velocity) < AT_REST and abs(belief.now.spin) < AT_REST
         free = self._regrasps and slow and belief.bound_for is None
         place = self._better_place(belief, inner) if free else None
         return replace(update, worth=worth, regrasp=place)
@@ -276,7 +276,7 @@ class AdaptiveAgent:
         """Return what knowing the true model is worth; where that matters, plan on several from now on."""
         draws = tuple(belief.model.drawn(self._seed + number) for number in range(DRAWS))
         models = (belief.model, *draws)
-        task = (*belief.situation, belief.now[14:16], self._obstacles(belief.now))
+        task = (*belief.situation, belief.now.grasp, self._obstacles(belief.now.vector))
         worth = belief.planner.regret(models, *task, inner=inner)
         if worth > MATTERS:
             belief.models = models
@@ -285,9 +285,9 @@ class AdaptiveAgent:
     def _better_place(self, belief: Belief, inner: list[float]) -> tuple[float, float] | None:
         """Send the gripper where the best plan costs clearly less, the time to go there included."""
         pose, twist, goal = belief.situation
-        places = [belief.now[14:16], *holds(belief.metadata["object"])]
+        places = [belief.now.grasp, *holds(belief.metadata["object"])]
         costs = belief.planner.compare(
-            belief.models, pose, twist, goal, places, self._obstacles(belief.now), inner=inner
+            belief.models, pose, twist, goal, places, self._obstacles(belief.now.vector), inner=inner
         )
         best = int(np.argmin(costs))
         away = np.hypot(goal[0] - pose[0], goal[1] - pose[1])
@@ -300,7 +300,7 @@ class AdaptiveAgent:
     def _act(self, belief: Belief) -> Array:
         if belief.bound_for is not None:
             # It has arrived when it moves no longer; where the object has no such place, beside it.
-            if not belief.let_go or np.any(belief.seen[-2][14:16] != belief.now[14:16]):
+            if not belief.let_go or np.any(belief.seen[-2].grasp != belief.now.grasp):
                 belief.let_go = True
                 return self._going(belief, belief.bound_for)
             belief.bound_for, belief.let_go = None, False
@@ -323,8 +323,8 @@ class AdaptiveAgent:
                 pose,
                 twist,
                 goal,
-                belief.now[14:16],
-                self._obstacles(belief.now),
+                belief.now.grasp,
+                self._obstacles(belief.now.vector),
                 inner=belief.inner(self._period),
                 learnt=belief.learnt,
             )
@@ -356,7 +356,7 @@ def suited(env: gym.Env[Any, Any]) -> tuple[gym.spaces.Box, int, Pushable]:
             f"observations are {type(seen).__name__}, not arrays: trundle/PushPose-v0 gives some"
         )
     entries = gym.spaces.flatdim(seen)
-    if entries < OBSERVATION:
+    if entries < COMMON_ENTRIES:
         raise TrundleError(f"an observation of {entries} numbers is not that of a pushing task")
     mode = getattr(source, "mode", "wrench")
     if mode not in MODES:
@@ -366,9 +366,9 @@ def suited(env: gym.Env[Any, Any]) -> tuple[gym.spaces.Box, int, Pushable]:
     return space, entries, source
 
 
-def changed(belief: Belief, row: Array) -> bool:
+def changed(belief: Belief, row: Observation) -> bool:
     """Return whether an observation is of another goal."""
-    return not np.array_equal(belief.goal, row[7:11])
+    return not np.array_equal(belief.now.goal_vector, row.goal_vector)
 
 
 def unsure(belief: Belief) -> bool:

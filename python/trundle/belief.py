@@ -11,6 +11,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from trundle._native import Laws, Model, Planner, Recording, _Regression
+from trundle.envs.observation import Observation
 from trundle.online import Online
 
 __all__ = ["Belief", "Update", "described", "rolling"]
@@ -78,7 +79,7 @@ class Belief:
         What plans are made on in the place of laws.
     """
 
-    def __init__(self, model: Model, planner: Planner, metadata: dict[str, Any], first: Array) -> None:
+    def __init__(self, model: Model, planner: Planner, metadata: dict[str, Any], first: Observation) -> None:
         self.models: tuple[Model, ...] = (model,)
         self.planner = planner
         self.metadata = metadata
@@ -88,7 +89,7 @@ class Belief:
         self.learnt: _Regression | None = None
         self.consulted = 0.0
         self.plan: list[Array] = []
-        self.seen: list[Array] = [first]
+        self.seen: list[Observation] = [first]
         self.bound_for: Array | None = None
         self.let_go = False
 
@@ -103,21 +104,14 @@ class Belief:
         return len(self.updates)
 
     @property
-    def now(self) -> Array:
+    def now(self) -> Observation:
         """The last observation."""
         return self.seen[-1]
 
     @property
-    def goal(self) -> Array:
-        """The goal's entries of an observation."""
-        return self.now[7:11]
-
-    @property
-    def situation(self) -> tuple[tuple[float, float, float], Array, tuple[float, float, float]]:
+    def situation(self) -> tuple[Array, Array, Array]:
         """Pose and twist of the object, and goal, as the planner takes them."""
-        now = self.now
-        angle, aim = np.arctan2(now[3], now[2]), np.arctan2(now[10], now[9])
-        return (now[0], now[1], float(angle)), now[4:7], (now[7], now[8], float(aim))
+        return self.now.pose, self.now.twist, self.now.goal_pose
 
     def inner(self, period: float) -> list[float]:
         """Return where the laws' own states are by now (the angle of a caster, …), from the motion seen."""
@@ -126,9 +120,8 @@ class Belief:
         if not own:
             return own
         for row, felt in zip(self.seen, self.seen[1:], strict=False):
-            angle = float(np.arctan2(row[3], row[2]))
-            wrench = about_origin(felt[11:14], row[14:16])
-            *_, own = laws.step((row[0], row[1], angle), row[4:7], wrench, period, inner=own)
+            wrench = about_origin(felt.wrench, row.grasp)
+            *_, own = laws.step(row.pose, row.twist, wrench, period, inner=own)
         return own
 
     def recording(self, period: float, rise: float) -> Recording:
@@ -137,25 +130,24 @@ class Belief:
 
     def columns(self, period: float, rise: float) -> dict[str, Array]:
         """Return the episode's table: what was observed, one reading more where the wrench stops rising."""
-        seen = np.array(self.seen)
-        theta = np.arctan2(seen[:, 3], seen[:, 2])
-        cos, sin = seen[:, 2], seen[:, 3]
-        grasp_x, grasp_y = seen[:, 14], seen[:, 15]
+        seen = self._stacked()
+        (x, y), (cos, sin) = seen.position.T, seen.direction.T
+        (grasp_x, grasp_y), (force_x, force_y) = seen.grasp.T, seen.force.T
         table = {
-            "t": period * np.arange(len(seen)),
-            "object_x": seen[:, 0],
-            "object_y": seen[:, 1],
-            "object_theta": theta,
-            "gripper_x": seen[:, 0] + cos * grasp_x - sin * grasp_y,
-            "gripper_y": seen[:, 1] + sin * grasp_x + cos * grasp_y,
-            "gripper_theta": theta,
-            "force_x": seen[:, 11],
-            "force_y": seen[:, 12],
-            "torque_z": seen[:, 13],
+            "t": period * np.arange(len(x)),
+            "object_x": x,
+            "object_y": y,
+            "object_theta": seen.heading,
+            "gripper_x": x + cos * grasp_x - sin * grasp_y,
+            "gripper_y": y + sin * grasp_x + cos * grasp_y,
+            "gripper_theta": seen.heading,
+            "force_x": force_x,
+            "force_y": force_y,
+            "torque_z": seen.torque,
         }
         # An action is held once the arm has reached it: what is read at its end was there all the time.
         # When the gripper lets go, the wrench is gone at once.
-        held = {key: np.full(len(seen) - 1, np.nan) for key in table}
+        held = {key: np.full(len(x) - 1, np.nan) for key in table}
         for key in ("force_x", "force_y", "torque_z"):
             held[key] = table[key][1:]
         held["t"] = table["t"][:-1] + np.where(moved(seen), AT_ONCE, rise)
@@ -167,18 +159,21 @@ class Belief:
 
         Shapes (n, 6), (n, 3), (n,), (n, 6); units and frames as in `trundle.baselines`.
         """
-        seen = np.array(self.seen)
-        theta = np.unwrap(np.arctan2(seen[:, 3], seen[:, 2]))
-        states = np.column_stack([seen[:, 0:2], theta, seen[:, 4:7]])
+        seen = self._stacked()
+        states = np.column_stack([seen.position, np.unwrap(seen.heading), seen.twist])
         share = np.where(moved(seen), 0.0, rise / period / 2)[:, None]
-        felt = share * seen[:-1, 11:14] + (1 - share) * seen[1:, 11:14]
-        wrench = about_origin(felt.T, seen[:-1, 14:16].T).T
+        felt = share * seen.wrench[:-1] + (1 - share) * seen.wrench[1:]
+        wrench = about_origin(felt.T, seen.grasp[:-1].T).T
         return states[:-1], np.ascontiguousarray(wrench), np.full(len(felt), period), states[1:]
 
+    def _stacked(self) -> Observation:
+        """Return all observations as one batch, shape (n, entries)."""
+        return Observation(np.array([row.vector for row in self.seen]))
 
-def moved(seen: Array) -> NDArray[np.bool_]:
+
+def moved(seen: Observation) -> NDArray[np.bool_]:
     """Return for each step between observations whether the gripper had let go and went elsewhere."""
-    goes: NDArray[np.bool_] = np.any(seen[1:, 14:16] != seen[:-1, 14:16], axis=1)
+    goes: NDArray[np.bool_] = np.any(seen.grasp[1:] != seen.grasp[:-1], axis=1)
     return goes
 
 

@@ -16,6 +16,7 @@ from trundle import _native
 from trundle._native import Laws
 from trundle.agent import Belief
 from trundle.belief import about_origin
+from trundle.envs import Observation
 from trundle.experiments.comparison.config import read
 from trundle.experiments.comparison.world import make_world
 from trundle.learners import Physics
@@ -162,7 +163,7 @@ def test_it_takes_hold_elsewhere_where_the_grasp_cannot_do_it() -> None:
     assert info["is_success"]
     places = [update.regrasp for update in belief.updates if update.regrasp]
     assert places
-    assert belief.now[14:16] == pytest.approx(places[-1])
+    assert belief.now.grasp == pytest.approx(places[-1])
     assert len(belief.seen) < 0.6 * len(kept.seen)
 
 
@@ -172,11 +173,11 @@ def test_a_gripper_that_lets_go_pushes_no_longer() -> None:
     observation, _ = env.reset(seed=1)
     source: Any = env.unwrapped
     truth = trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
-    belief = trundle.AdaptiveAgent(env, model=truth)._begun(observation)
+    belief = trundle.AdaptiveAgent(env, model=truth)._begun(Observation(observation))
     push, leave = np.array([0.3, 0.1, 0, 0, 0, -1.0]), np.array([0, 0, 0, 0.5, 0.5, 1.0])
     for action in [push] * 4 + [leave] * 25 + [push] * 2:
-        belief.seen.append(env.step(action.astype(np.float32))[0].astype(float))
-    assert np.any(belief.now[14:16] != belief.seen[0][14:16])
+        belief.seen.append(Observation(env.step(action.astype(np.float32))[0]))
+    assert np.any(belief.now.grasp != belief.seen[0].grasp)
     before, wrench, dt, after = belief.transitions(0.05, 0.02)
     mass = source.hidden_model()["body"]["mass"]
 
@@ -204,7 +205,7 @@ def test_of_several_objects_the_observation_tells_the_size() -> None:
     belief, info = played(300, options={"hidden": "locked", "object": ["chair", "bookcase"]}, seed=5)
     assert info["is_success"]
     corner = np.max(belief.metadata["object"]["footprint"], axis=0)
-    assert corner == pytest.approx(belief.now[16:18])
+    assert corner == pytest.approx(belief.now.half_size)
 
 
 def test_an_oracle_follows_a_caster() -> None:
@@ -221,9 +222,8 @@ def test_an_oracle_follows_a_caster() -> None:
     assert Laws(model).starts != [angle]
     # The wheel trails behind the way its pivot goes, seen from the object.
     before, now = belief.seen[-6], belief.seen[-1]
-    turn = np.arctan2(now[3], now[2])
-    pivot = [row[0:2] + turned(np.array([0.5, -0.3]), np.arctan2(row[3], row[2])) for row in (before, now)]
-    way = np.arctan2(*(pivot[1] - pivot[0])[::-1]) - turn
+    pivot = [seen.position + turned(np.array([0.5, -0.3]), seen.heading) for seen in (before, now)]
+    way = np.arctan2(*(pivot[1] - pivot[0])[::-1]) - now.heading
     assert abs(np.angle(np.exp(1j * (angle - way)))) < 0.5 or (
         abs(np.angle(np.exp(1j * (angle - way + np.pi)))) < 0.5
     )

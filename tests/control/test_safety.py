@@ -9,6 +9,7 @@ import pytest
 
 import trundle.agent
 from trundle.braking import LOST, braking, runs_away
+from trundle.envs import Observation
 from trundle.experiments.comparison.config import read
 from trundle.experiments.comparison.episode import make_player
 from trundle.experiments.comparison.world import make_world
@@ -16,10 +17,10 @@ from trundle.experiments.comparison.world import make_world
 COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.toml"
 
 
-def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (-0.6, 0.0)) -> np.ndarray:
-    """Return an observation of which only motion, heading and grasp are told."""
-    seen = np.zeros(18)
-    seen[2:4], seen[4:7], seen[14:16] = (np.cos(heading), np.sin(heading)), twist, grasp
+def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (-0.6, 0.0)) -> Observation:
+    """Return an observation that contains motion, heading and grasp only."""
+    seen = Observation(np.zeros(18))
+    seen.direction[:], seen.twist[:], seen.grasp[:] = (np.cos(heading), np.sin(heading)), twist, grasp
     return seen
 
 

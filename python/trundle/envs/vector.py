@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from trundle._native import Batch, NotFiniteError, Snapshot, TrundleError
 from trundle.envs import goal, tasks
 from trundle.envs.goal import GoalSpace
+from trundle.envs.observation import Observation
 from trundle.envs.push import FACING, REACH, ActionError, Push, reset_options
 from trundle.envs.view import draw, require_episode
 
@@ -240,7 +241,8 @@ class PushGoalVec(PushVec):
         last = self._seen
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
             last = np.where(ended[:, None], self._finals, self._seen)
-        rewards = self._goals.reward(last[:, goal.ACHIEVED], last[:, goal.DESIRED])
+        fields = Observation(last)
+        rewards = self._goals.reward(fields.pose_vector, fields.goal_vector)
         rewards[begun] = 0.0
         return rewards
 
