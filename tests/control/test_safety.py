@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import trundle.agent
-from trundle.braking import LOST, braking, runs_away
+from trundle.braking import MAX_TWIST, braking_action, exceeds_limits_soon
 from trundle.envs import Observation
 from trundle.experiments.comparison.config import read
 from trundle.experiments.comparison.episode import make_player
@@ -38,25 +38,25 @@ def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (
 def test_an_object_runs_away_if_two_more_such_steps_would_lose_it(
     before: list[float], now: list[float], expected: bool
 ) -> None:
-    assert runs_away([row(before), row(now)]) is expected
+    assert exceeds_limits_soon([row(before), row(now)]) is expected
 
 
 def test_at_the_beginning_of_an_episode_nothing_is_known_to_speed_up() -> None:
-    assert not runs_away([row([1.9, 0.0, 3.9])])
+    assert not exceeds_limits_soon([row([1.9, 0.0, 3.9])])
 
 
 def test_braking_takes_energy_out_of_any_object() -> None:
     random = np.random.default_rng(0)
     for _ in range(200):
         twist, heading, grasp = random.normal(size=3), random.uniform(-3, 3), random.normal(size=2)
-        push = braking(row(list(twist), heading, tuple(grasp)))
+        push = braking_action(row(list(twist), heading, tuple(grasp)))
         cos, sin = np.cos(heading), np.sin(heading)
         arm = np.array([cos * grasp[0] - sin * grasp[1], sin * grasp[0] + cos * grasp[1]])
         force = np.array([cos * push[0] - sin * push[1], sin * push[0] + cos * push[1]])
         speed = twist[:2] + twist[2] * np.array([-arm[1], arm[0]])
         # The axes are weighted as the limits are, so power is negative on each.
         assert force @ speed < 0 and push[2] * twist[2] < 0
-    assert braking(row([0.0, 0.0, LOST[2]], grasp=(0.0, 0.0)))[2] == -1.0
+    assert braking_action(row([0.0, 0.0, MAX_TWIST[2]], grasp=(0.0, 0.0)))[2] == -1.0
 
 
 def lost_within(seconds: float) -> bool:
@@ -74,5 +74,5 @@ def lost_within(seconds: float) -> bool:
 
 def test_what_would_be_lost_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not lost_within(2.0)
-    monkeypatch.setattr(trundle.agent, "runs_away", lambda seen: False)
+    monkeypatch.setattr(trundle.agent, "exceeds_limits_soon", lambda seen: False)
     assert lost_within(2.0)
