@@ -124,9 +124,7 @@ def _assign_stamps(recording: Recording) -> list[tuple[Episode, Stamps]]:
         stamps = begin + np.rint((t - t[0]) * NS_PER_S).astype(np.int64)
         same = np.flatnonzero(np.diff(stamps) == 0) + 1
         if len(same):
-            message = (
-                f"{t[same[0]]} s is in the same nanosecond as the row before: their ROS stamps are equal"
-            )
+            message = f"{t[same[0]]} s is in the same nanosecond as the row before, so their stamps are equal"
             raise TrundleError(f"episode {name}, row {same[0] + 1}, column t: {message}; merge the two rows")
         placed.append((Episode(name, begin, list(table)), stamps))
         begin = int(stamps[-1]) + EPISODE_GAP_NS
