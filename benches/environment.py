@@ -40,6 +40,7 @@ from peers import (
 )
 
 import trundle
+from trundle.envs import Observation
 
 ENVS = (1, 64, MANY)
 TURN_DURATION_S = 0.15
@@ -65,9 +66,9 @@ def environment_options(scene: str, substeps: int = SUBSTEPS) -> dict[str, Any]:
 
 def options_at_wall() -> dict[str, Any]:
     """Return reset options that place the table of seed 0 in front of a wall next to the doorway."""
-    seen, _ = gymnasium.make("trundle/PushDoor-v0", **environment_options(WALL)).reset(seed=0)
-    x, y, cos, sin, width = seen[-5:]
-    offset = width / 2 + 0.45
+    seen = Observation(gymnasium.make("trundle/PushDoor-v0", **environment_options(WALL)).reset(seed=0)[0])
+    (x, y), (cos, sin) = seen.door_position, seen.door_direction
+    offset = seen.door_width / 2 + 0.45
     return {
         "start": [
             x - WALL_DISTANCE_M * cos - offset * sin,

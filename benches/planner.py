@@ -28,6 +28,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 import trundle
+from trundle.envs import Observation
 
 SAMPLES, HORIZON, HOLD, STEPS = 1000, 20, 0.1, 2
 """Plans per iteration, actions per plan, duration of an action (s), and steps per action."""
@@ -66,8 +67,8 @@ def doorway() -> tuple[list[float], list[float], list[Any]]:
     env = gymnasium.make("trundle/PushDoor-v0")
     seen, _ = env.reset(seed=0)
     source: Any = env.unwrapped
-    start = [seen[0], seen[1], math.atan2(seen[3], seen[2])]
-    return start, [seen[7], seen[8], math.atan2(seen[10], seen[9])], source.seen_obstacles(seen)
+    fields = Observation(seen)
+    return fields.pose.tolist(), fields.goal_pose.tolist(), source.seen_obstacles(seen)
 
 
 def trundle_planner(what: str, model: trundle.Model, through: bool = False, **settings: Any) -> Contestant:

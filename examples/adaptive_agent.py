@@ -19,7 +19,8 @@ env = gymnasium.make("trundle/LockedWheel-v0")
 agent = trundle.AdaptiveAgent(env)
 
 observation, info = env.reset(seed=seed)
-distance = float(((observation[0:2] - observation[7:9]) ** 2).sum() ** 0.5)
+fields = trundle.envs.Observation(observation)
+distance = float(((fields.position - fields.goal_position) ** 2).sum() ** 0.5)
 print(f"{distance:.2f} m to the goal; in the first model the table rolls freely")
 
 # A step of the environment takes 50 ms. While it matters which model is true, the agent estimates the paper's

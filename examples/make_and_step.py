@@ -22,7 +22,8 @@ for _ in range(20):
     observation, reward, terminated, truncated, info = env.step(push)
     if terminated or truncated:
         break
-print(f"after a second: {info['distance']:.2f} m from the goal, at {observation[4:6].round(2)} m/s")
+velocity = trundle.envs.Observation(observation).velocity
+print(f"after a second: {info['distance']:.2f} m from the goal, at {velocity.round(2)} m/s")
 
 # Try three actions for the next second from the same state. A snapshot includes random numbers and clock.
 task = env.unwrapped

@@ -1,4 +1,4 @@
-"""An agent that estimates how an object moves while it pushes it to a goal."""
+"""Adaptive control: an agent that estimates the physics of an object while pushing it to a goal."""
 
 from __future__ import annotations
 
@@ -11,57 +11,59 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import Model, Planner, Pushing, TrundleError
-from trundle.belief import Belief, Update, described, modelled, rolling
-from trundle.braking import braking, runs_away
-from trundle.learners import learner as learner_of
+from trundle.belief import Belief, Update, freely_rolling_model, observation_metadata, uniform_model
+from trundle.braking import braking_action, exceeds_limits_soon
+from trundle.envs.observation import COMMON_ENTRIES, Observation
+from trundle.learners import make_learner
 from trundle.picture import outlines
 
 __all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
 
 Array: TypeAlias = NDArray[np.float64]
 
-OBSERVATION = 16
-"""Entries that every observation begins with, as `trundle.envs.Push` describes them."""
-WRENCH = 3
-"""Entries of an action that are a wrench."""
-MODES = ("wrench", "regrasp")
-"""Meanings of actions that the agent knows."""
-PERIOD = 0.05
-"""Time between two actions of an environment that does not tell it, s."""
-MOST_STARTS = 1000
-"""Random starts of a fit beyond which nobody waits for it."""
-LOCKED = 150.0
-"""Drag of a wheel that is suspected to be locked, N s/m."""
-DRAWS = 4
-"""Models drawn from the posterior, beside the most probable one."""
-MATTERS = 0.02
-"""What knowing which model is true must be worth for plans to be made on several, m s."""
-CURIOSITY = 1.0
-"""What a probing plan is credited for each metre by which the models' ends differ, s."""
-AT_REST = 0.15
-"""Speed (m/s, rad/s) below which the object may be let go: a faster one would run on by itself."""
-BETTER = 0.85
-"""What a plan from elsewhere may cost, as a share of the best one from here, for going there."""
+WRENCH_ENTRIES = 3
+"""Number of entries of an action that are a wrench."""
+ACTION_MODES = ("wrench", "regrasp")
+"""Meanings of an action that the agent supports."""
+DEFAULT_PERIOD_S = 0.05
+"""Time between two actions if the environment has no attribute `control`, s."""
+MAX_STARTS = 1000
+"""Maximum number of random starts of a search."""
+LOCKED_WHEEL_DRAG = 150.0
+"""Drag of the locked wheel in a probing agent's first models, N s/m."""
+POSTERIOR_DRAWS = 4
+"""Number of models drawn from the posterior in addition to the most probable one."""
+MIN_VALUE_OF_INFORMATION = 0.02
+"""Value of information above which the agent plans for several models, m s."""
+PROBING_WEIGHT_S = 1.0
+"""Credit of a probing plan per metre between the final positions that the models predict, s."""
+MAX_RELEASE_SPEED = 0.15
+"""Maximum speed (m/s) and spin (rad/s) of an object that the gripper may release. A faster one rolls on."""
+MAX_REGRASP_COST_RATIO = 0.85
+"""The gripper regrasps if the best plan costs at most this share of the best one from the present grasp."""
+GRASP_MARGIN, SUSPECT_MARGIN = 0.9, 0.85
+"""Positions of grasps and of suspected wheels, as shares of half the sides of the bounding box."""
 
 
 @runtime_checkable
 class Pushable(Protocol):
-    """What the agent asks of an environment, beside its spaces."""
+    """What the agent requires of an environment in addition to its spaces."""
 
     ACTION_SCALE: Array
+    """Wrench of a full action, N and N m; shape (3,) or more."""
 
     def recording_metadata(self, name: str) -> dict[str, Any]:
-        """Return what a recording says of the object and the instruments."""
+        """Return the content of `recording.toml`: the visible object, and the noise of the instruments."""
 
 
 class AdaptiveAgent:
     """Adaptive agent for `trundle.envs.Push`'s tasks and environments with the same spaces.
 
-    The agent starts from a model of the object (by default uniform and rolling freely), plans pushes on it
-    with MPPI, keeps an online estimate of the paper's model, and replans. While it matters which of the
-    models that the posterior allows is true, it plans for several of them and updates the estimate before
-    each action. It brakes an object that is about to leave the workspace, whatever the model predicts. Its
-    only input are the observations, unless `outline` is set.
+    The agent starts from a model of the object, by default uniform and rolling freely. It plans pushes on the
+    model with MPPI, keeps an online estimate of the paper's model, and replans. While the value of
+    information is large, it plans for several posterior draws and updates the estimate before each action.
+    If the object is about to exceed a speed limit, it brakes, independently of the model. Its only input are
+    the observations, unless `outline` is set.
 
     `predict` has the signature of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs the agent, on vectorised environments too.
@@ -69,45 +71,47 @@ class AdaptiveAgent:
     Parameters
     ----------
     env : gymnasium.Env
-        Provides the action space and scale, and what is known of the object. Its action is "wrench", or
-        "regrasp": then the agent also chooses the grasp.
+        Environment with the action "wrench", or "regrasp": then the agent also chooses the grasp. It
+        provides the spaces, the action scale and a description of the object.
     model : Model, optional
-        Model at the start of an episode, with all values given.
+        Model at the start of an episode. Must contain a value for every parameter.
     mass : float
         Mass of the default model, kg, if the environment does not provide it.
     adapt : bool
-        False: keep the first model.
+        Whether to estimate. Otherwise the agent keeps its first model.
     learner : {"filter", "shooting", "linear", "local"}
-        The paper's model under the default likelihood (online) or under eq. 8 of the paper; linear or locally
-        weighted regression instead of a model.
+        "filter": the paper's model, estimated online under the default likelihood. "shooting": the same
+        model under eq. 8 of the paper. "linear", "local": linear or locally weighted regression.
     diagnose : bool
-        If the model predicts worse than the noise explains, diagnose which effects are missing, and continue
-        with the named ones; if none is named, with the best fitted candidate, if that predicts better.
+        Whether to diagnose missing effects if the model predicts worse than the noise explains. The agent
+        adds the named effects to its model. If none is named, it adds the best fitted candidate, if that
+        predicts better.
     probe : bool
-        Start with several models (the object rolls freely, or a wheel near any one corner is locked), and
-        while the value of information is large, prefer pushes that distinguish them (dual control).
+        Whether to start with several models: the object rolls freely, or a wheel near one corner is locked.
+        While the value of information is large, the agent prefers pushes that distinguish them (dual
+        control).
     outline : bool
-        If objects vary, start with the true outline, as a camera would see it, instead of the box in the
-        observations. For one environment at a time.
+        Whether to start with the true outline if objects vary, as a camera would see it. Otherwise the agent
+        assumes the rectangle in the observations. For one environment at a time.
     push : float
-        Time between two updates, s, once little depends on them.
+        Time between two updates once the value of information is small, s.
     pushes : int, optional
-        Number of such intervals after which learning stops; None: it never stops.
+        Number of such intervals after which learning stops; by default it never stops.
     starts : int
-        Random starts of each search.
+        Number of random starts of each search, 1 to 1000.
     period : float, optional
-        Time between two actions, s; None: the environment's `control`, or 0.05.
+        Time between two actions, s; by default the environment's `control`, or 0.05.
     rise : float
-        Time in which the arm reaches an action, s.
+        Time in which the wrench changes from one action to the next, s.
     seed : int
-        Seed of plans and searches: the same observations give the same actions.
+        Seed of plans and searches. The same seed and observations give the same actions.
     **planner
         Settings of `trundle.Planner`.
 
     Raises
     ------
     TrundleError
-        If the environment is of another kind, or a setting makes no sense.
+        If the agent does not support the environment, or a setting is invalid.
 
     Examples
     --------
@@ -137,42 +141,42 @@ class AdaptiveAgent:
         seed: int = 0,
         **planner: Any,
     ) -> None:
-        space, entries, source = suited(env)
-        period = float(getattr(source, "control", PERIOD)) if period is None else period
+        space, entries, source = require_supported(env)
+        period = float(getattr(source, "control", DEFAULT_PERIOD_S)) if period is None else period
         if not 0 < rise < period <= push:
             raise TrundleError(
                 f"rise = {rise}, period = {period}, push = {push}: give rise < period <= push (s); "
-                "the period is the environment's own unless it is given"
+                "the default period is that of the environment"
             )
-        if not 1 <= starts <= MOST_STARTS:
-            raise TrundleError(f"starts = {starts}: give 1 to {MOST_STARTS}")
+        if not 1 <= starts <= MAX_STARTS:
+            raise TrundleError(f"starts = {starts}: must be 1 to {MAX_STARTS}")
         if not 0 <= seed < 2**63:
-            raise TrundleError(f"seed = {seed}: give a whole number from 0 to 2**63 - 1")
+            raise TrundleError(f"seed = {seed}: must be an integer from 0 to 2**63 - 1")
         if pushes is not None and pushes < 1:
-            raise TrundleError(f"pushes = {pushes}: give 1 or more, or adapt = False")
+            raise TrundleError(f"pushes = {pushes}: must be at least 1; adapt = False disables learning")
         if not adapt and (diagnose or probe):
             raise TrundleError(
-                "adapt = False: an agent that keeps to its belief neither diagnoses nor probes"
+                f"adapt = False, diagnose = {diagnose}, probe = {probe}: these need adapt = True"
             )
-        self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)[:WRENCH]
+        self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)[:WRENCH_ENTRIES]
         self._space, self._entries, self._source = space, entries, source
         self._obstacles: Callable[[Array], Any] = getattr(source, "seen_obstacles", lambda _: ())
-        self._sees = outline
-        self._varied = bool(getattr(source, "varied", False))
-        self._regrasps = getattr(source, "mode", "wrench") == "regrasp"
+        self._knows_outline = outline
+        self._has_varied_objects = bool(getattr(source, "varied", False))
+        self._can_regrasp = getattr(source, "mode", "wrench") == "regrasp"
         self._model, self._mass = model, mass
-        self._adapt, self._probe = adapt, probe
-        self._learner = learner_of(learner, diagnose=diagnose, starts=starts, seed=seed)
+        self._adapts, self._probes = adapt, probe
+        self._learner = make_learner(learner, diagnose=diagnose, starts=starts, seed=seed)
         self._period, self._rise, self._seed = period, rise, seed
-        self._settings = planner
-        self._hold = max(1, round(self._planner().hold / period))
-        self._push = max(1, round(push / period))
-        self._last_fit = np.inf if pushes is None else pushes * self._push
+        self._planner_settings = planner
+        self._steps_per_plan = max(1, round(self._make_planner().hold / period))
+        self._steps_per_update = max(1, round(push / period))
+        self._last_learning_step = np.inf if pushes is None else pushes * self._steps_per_update
         self._beliefs: tuple[Belief, ...] = ()
 
     @property
     def beliefs(self) -> tuple[Belief, ...]:
-        """What is believed now of each environment's object."""
+        """Present belief about the object of each environment."""
         return self._beliefs
 
     def predict(
@@ -187,135 +191,152 @@ class AdaptiveAgent:
         Parameters
         ----------
         observation : ndarray, shape (entries,) or (n, entries)
-            Of one environment, or of n.
+            Observations of one environment or of n.
         state : tuple of Belief, optional
-            As returned by the call before; the agent remembers it if it is left out.
+            The state that the previous call returned; by default the agent's own copy of it.
         episode_start : bool or ndarray of bool, shape (n,), optional
-            Where it is True the belief starts anew; left out, it does so where the goal has changed: give it
-            where the goal moves, as on trundle/PushPath-v0.
+            Where it is True, a new episode begins. By default a new goal begins an episode, so this argument
+            is required where the goal moves, as on trundle/PushPath-v0.
         deterministic : bool
-            Of no effect: the agent does not explore at random.
+            Ignored: the agent does not explore at random.
 
         Returns
         -------
         actions : ndarray, shape (width,) or (n, width)
-            In the action space: of width 3, or 6 where the agent may regrasp.
+            Actions in the action space, of width 3, or 6 for "regrasp".
         state : tuple of Belief
-            One for each environment; it is brought up to date by the next call, not copied.
-        """
-        rows = np.asarray(observation, dtype=np.float64)
-        many = np.atleast_2d(rows)
-        if rows.ndim not in (1, 2) or many.shape[1] != self._entries:
-            wanted = f"({self._entries},) or (n, {self._entries})"
-            raise TrundleError(f"an observation has shape {wanted}, not {rows.shape}")
-        if self._sees and len(many) > 1:
-            raise TrundleError("outline = True: the agent sees the object of one environment, not of several")
-        known: Sequence[Belief | None] = self._beliefs if state is None else state
-        if len(known) != len(many):
-            known = [None] * len(many)
-        if episode_start is None:
-            starts = [belief is None or changed(belief, row) for belief, row in zip(known, many, strict=True)]
-        else:
-            starts = np.broadcast_to(np.asarray(episode_start), len(many)).tolist()
-        pairs = zip(known, many, starts, strict=True)
-        self._beliefs = tuple(self._followed(belief, row, start) for belief, row, start in pairs)
-        actions = np.array([self._act(belief) for belief in self._beliefs], dtype=np.float32)
-        return actions.reshape((*rows.shape[:-1], -1)), self._beliefs
+            One belief for each environment. The next call updates it in place.
 
-    def _followed(self, belief: Belief | None, row: Array, start: bool) -> Belief:
+        Raises
+        ------
+        TrundleError
+            If the observations have another shape or are not finite.
+        """
+        given = np.asarray(observation, dtype=np.float64)
+        vectors = np.atleast_2d(given)
+        if given.ndim not in (1, 2) or vectors.shape[1] != self._entries:
+            expected = f"({self._entries},) or (n, {self._entries})"
+            raise TrundleError(f"observations must have shape {expected}, not {given.shape}")
+        seen = [Observation(vector) for vector in vectors]
+        if self._knows_outline and len(seen) > 1:
+            raise TrundleError(f"outline = True, {len(seen)} observations: it is for one environment only")
+        known: Sequence[Belief | None] = self._beliefs if state is None else state
+        if len(known) != len(seen):
+            known = [None] * len(seen)
+        if episode_start is None:
+            starts = [
+                belief is None or has_new_goal(belief, one) for belief, one in zip(known, seen, strict=True)
+            ]
+        else:
+            starts = np.broadcast_to(np.asarray(episode_start), len(seen)).tolist()
+        rows = zip(known, seen, starts, strict=True)
+        self._beliefs = tuple(self._update(belief, one, start) for belief, one, start in rows)
+        actions = np.array([self._act(belief) for belief in self._beliefs], dtype=np.float32)
+        return actions.reshape((*given.shape[:-1], -1)), self._beliefs
+
+    def _update(self, belief: Belief | None, observation: Observation, starts_episode: bool) -> Belief:
         """Return the belief after one more observation."""
-        if belief is None or start:
-            return self._begun(row)
-        belief.seen.append(row)
-        if self._adapt and self._due(belief):
+        if belief is None or starts_episode:
+            return self._first_belief(observation)
+        belief.observations.append(observation)
+        if self._adapts and self._is_update_due(belief):
             update = self._learner.learn(belief, self._period, self._rise)
             if update is not None:
-                belief.updates.append(self._weighed(belief, update))
+                belief.updates.append(self._apply(belief, update))
         return belief
 
-    def _due(self, belief: Belief) -> bool:
-        """Tell whether to fit now: after each push, or before each action while unsure."""
-        steps = len(belief.seen) - 1
-        return steps % (1 if unsure(belief) else self._push) == 0 and steps <= self._last_fit
+    def _is_update_due(self, belief: Belief) -> bool:
+        """Return whether to fit now: before each action while uncertain, otherwise after each push."""
+        steps = len(belief.observations) - 1
+        interval = 1 if is_uncertain(belief) else self._steps_per_update
+        return steps % interval == 0 and steps <= self._last_learning_step
 
-    def _begun(self, row: Array) -> Belief:
-        metadata = described(self._source.recording_metadata("episode"))
-        if self._varied and self._sees:
-            # An outline alone: not where the object stands on the floor.
-            thing = {key: value for key, value in metadata["object"].items() if key != "support"}
-            metadata = {**metadata, "object": thing}
-        elif self._varied:
-            # Of several objects an observation tells how large this one is, and no more.
-            a, b = row[OBSERVATION : OBSERVATION + 2]
-            thing = {"footprint": [[-a, -b], [a, -b], [a, b], [-a, b]]}
-            metadata = {**metadata, "object": thing}
-        model = rolling(metadata["object"], self._mass) if self._model is None else self._model
-        belief = Belief(model, self._planner(), metadata, row)
-        if self._probe:
-            belief.models += suspicions(metadata["object"], self._mass)
-            belief.planner.be_curious(CURIOSITY)
+    def _first_belief(self, observation: Observation) -> Belief:
+        """Return the belief at the start of an episode."""
+        metadata = observation_metadata(self._source.recording_metadata("episode"))
+        if self._has_varied_objects and self._knows_outline:
+            # The outline only, not the positions of the feet.
+            description = {key: value for key, value in metadata["object"].items() if key != "support"}
+            metadata = {**metadata, "object": description}
+        elif self._has_varied_objects:
+            # The agent may use the bounding box in the observation only.
+            a, b = observation.half_size
+            metadata = {**metadata, "object": {"footprint": [[-a, -b], [a, -b], [a, b], [-a, b]]}}
+        description = metadata["object"]
+        model = freely_rolling_model(description, self._mass) if self._model is None else self._model
+        belief = Belief(model, self._make_planner(), metadata, observation)
+        if self._probes:
+            belief.models += locked_corner_models(description, self._mass)
+            belief.planner.be_curious(PROBING_WEIGHT_S)
         return belief
 
-    def _weighed(self, belief: Belief, update: Update) -> Update:
-        """Plan on several models where it matters which is true; hold elsewhere where that is better."""
+    def _apply(self, belief: Belief, update: Update) -> Update:
+        """Choose the models to plan for, and the grasp; return the update with these decisions."""
         belief.plan = []
-        if belief.learnt is not None:
+        if belief.regression is not None:
             return update
         belief.models = (update.model,)
-        inner = belief.inner(self._period)
-        last = belief.updates[-1].worth if belief.updates and not update.named + update.supposed else np.inf
-        # What is known is not forgotten: once the truth is worth little, it stays so.
-        worth = self._worth(belief, inner) if last > MATTERS else last
-        belief.planner.be_curious(CURIOSITY if self._probe and worth > MATTERS else 0.0)
-        slow = np.hypot(*belief.now[4:6]) < AT_REST and abs(belief.now[6]) < AT_REST
-        free = self._regrasps and slow and belief.bound_for is None
-        place = self._better_place(belief, inner) if free else None
-        return replace(update, worth=worth, regrasp=place)
+        inner = belief.inner_states(self._period)
+        has_new_effects = bool(update.named + update.supposed)
+        last = belief.updates[-1].value_of_information if belief.updates and not has_new_effects else np.inf
+        # Once the value of information is small, it stays small until the model gains effects.
+        value = self._value_of_information(belief, inner) if last > MIN_VALUE_OF_INFORMATION else last
+        is_probing = self._probes and value > MIN_VALUE_OF_INFORMATION
+        belief.planner.be_curious(PROBING_WEIGHT_S if is_probing else 0.0)
+        now = belief.latest
+        is_slow = np.hypot(*now.velocity) < MAX_RELEASE_SPEED and abs(now.spin) < MAX_RELEASE_SPEED
+        may_regrasp = self._can_regrasp and is_slow and belief.next_grasp is None
+        grasp = self._choose_regrasp(belief, inner) if may_regrasp else None
+        return replace(update, value_of_information=value, regrasp=grasp)
 
-    def _worth(self, belief: Belief, inner: list[float]) -> float:
-        """Return what knowing the true model is worth; where that matters, plan on several from now on."""
-        draws = tuple(belief.model.drawn(self._seed + number) for number in range(DRAWS))
+    def _value_of_information(self, belief: Belief, inner: list[float]) -> float:
+        """Return the value of information, m s; if it is large, plan for posterior draws from now on."""
+        draws = tuple(belief.model.drawn(self._seed + number) for number in range(POSTERIOR_DRAWS))
         models = (belief.model, *draws)
-        task = (*belief.situation, belief.now[14:16], self._obstacles(belief.now))
-        worth = belief.planner.regret(models, *task, inner=inner)
-        if worth > MATTERS:
+        task = (*belief.situation, belief.latest.grasp, self._obstacles(belief.latest.vector))
+        value = belief.planner.regret(models, *task, inner=inner)
+        if value > MIN_VALUE_OF_INFORMATION:
             belief.models = models
-        return worth
+        return value
 
-    def _better_place(self, belief: Belief, inner: list[float]) -> tuple[float, float] | None:
-        """Send the gripper where the best plan costs clearly less, the time to go there included."""
+    def _choose_regrasp(self, belief: Belief, inner: list[float]) -> tuple[float, float] | None:
+        """Return a grasp point with a clearly cheaper plan, and start moving there; None: keep the grasp.
+
+        The cost of a regrasp includes its duration times the present distance to the goal.
+        """
         pose, twist, goal = belief.situation
-        places = [belief.now[14:16], *holds(belief.metadata["object"])]
-        costs = belief.planner.compare(
-            belief.models, pose, twist, goal, places, self._obstacles(belief.now), inner=inner
-        )
+        grasps = [belief.latest.grasp, *grasp_candidates(belief.metadata["object"])]
+        obstacles = self._obstacles(belief.latest.vector)
+        costs = belief.planner.compare(belief.models, pose, twist, goal, grasps, obstacles, inner=inner)
         best = int(np.argmin(costs))
-        away = np.hypot(goal[0] - pose[0], goal[1] - pose[1])
-        if best == 0 or costs[best] + Pushing.REGRASP * away > BETTER * costs[0]:
+        distance = np.hypot(goal[0] - pose[0], goal[1] - pose[1])
+        if best == 0 or costs[best] + Pushing.REGRASP * distance > MAX_REGRASP_COST_RATIO * costs[0]:
             return None
-        belief.bound_for = np.asarray(places[best])
+        belief.next_grasp = np.asarray(grasps[best])
         belief.planner.restart()
-        return float(places[best][0]), float(places[best][1])
+        return float(grasps[best][0]), float(grasps[best][1])
 
     def _act(self, belief: Belief) -> Array:
-        if belief.bound_for is not None:
-            # It has arrived when it moves no longer; where the object has no such place, beside it.
-            if not belief.let_go or np.any(belief.seen[-2][14:16] != belief.now[14:16]):
-                belief.let_go = True
-                return self._going(belief, belief.bound_for)
-            belief.bound_for, belief.let_go = None, False
+        """Return the next action, shape (3,) or (6,), in the action space."""
+        if belief.next_grasp is not None:
+            # The gripper has arrived when it no longer moves. It may stop at the nearest point on the object.
+            previous = belief.observations[-2:][0]
+            if not belief.has_released or np.any(previous.grasp != belief.latest.grasp):
+                belief.has_released = True
+                return self._regrasp_action(belief, belief.next_grasp)
+            belief.next_grasp, belief.has_released = None, False
         action = np.zeros(self._space.shape)
-        if self._regrasps:
+        if self._can_regrasp:
             action[-1] = -1.0
-        if runs_away(belief.seen):
+        if exceeds_limits_soon(belief.observations):
             belief.plan = []
-            action[:WRENCH] = braking(belief.now)
+            action[:WRENCH_ENTRIES] = braking_action(belief.latest)
         else:
-            action[:WRENCH] = self._planned(belief)
+            action[:WRENCH_ENTRIES] = self._planned_action(belief)
         return np.clip(action, self._space.low, self._space.high)
 
-    def _planned(self, belief: Belief) -> Array:
-        """Return the next action of the plan, made anew when it is carried out; while unsure, each time."""
+    def _planned_action(self, belief: Belief) -> Array:
+        """Return the next action of the plan, shape (3,); replan when it is empty."""
         if not belief.plan:
             pose, twist, goal = belief.situation
             plan = belief.planner.plan(
@@ -323,76 +344,89 @@ class AdaptiveAgent:
                 pose,
                 twist,
                 goal,
-                belief.now[14:16],
-                self._obstacles(belief.now),
-                inner=belief.inner(self._period),
-                learnt=belief.learnt,
+                belief.latest.grasp,
+                self._obstacles(belief.latest.vector),
+                inner=belief.inner_states(self._period),
+                learnt=belief.regression,
             )
-            held = 1 if self._adapt and unsure(belief) else self._hold
-            belief.planner.advance(held * self._period)
-            belief.plan = [plan[0] / self._scale] * held
+            steps = 1 if self._adapts and is_uncertain(belief) else self._steps_per_plan
+            belief.planner.advance(steps * self._period)
+            belief.plan = [plan[0] / self._scale] * steps
         return belief.plan.pop()
 
-    def _going(self, belief: Belief, place: Array) -> Array:
-        """Return the action that sends the gripper elsewhere; it is ignored while it goes."""
-        middle, half = box(belief.metadata["object"])
+    def _regrasp_action(self, belief: Belief, grasp: Array) -> Array:
+        """Return the action that sends the gripper to a grasp point; it is ignored while it moves."""
+        middle, half = bounding_box(belief.metadata["object"])
         action = np.zeros(self._space.shape)
-        action[3:5] = np.clip((place - middle) / half, -1.0, 1.0)
+        action[3:5] = np.clip((grasp - middle) / half, -1.0, 1.0)
         action[5] = 1.0
         return action
 
-    def _planner(self) -> Planner:
-        low, high = self._space.low[:WRENCH] * self._scale, self._space.high[:WRENCH] * self._scale
-        return Planner(low, high, seed=self._seed, **self._settings)
+    def _make_planner(self) -> Planner:
+        low = self._space.low[:WRENCH_ENTRIES] * self._scale
+        high = self._space.high[:WRENCH_ENTRIES] * self._scale
+        return Planner(low, high, seed=self._seed, **self._planner_settings)
 
 
-def suited(env: gym.Env[Any, Any]) -> tuple[gym.spaces.Box, int, Pushable]:
-    """Return action space, entries of an observation and what there is to push; refuse other environments."""
+def require_supported(env: gym.Env[Any, Any]) -> tuple[gym.spaces.Box, int, Pushable]:
+    """Return action space, number of entries of an observation, and the unwrapped environment.
+
+    Raises
+    ------
+    TrundleError
+        If the agent does not support the environment.
+    """
     space, seen, source = env.action_space, env.observation_space, env.unwrapped
     if not isinstance(space, gym.spaces.Box) or not isinstance(source, Pushable):
-        raise TrundleError(f"{source} has no object to push: give trundle/LockedWheel-v0 or its like")
+        raise TrundleError(
+            f"{source} has no object to push: use a pushing environment such as trundle/LockedWheel-v0"
+        )
     if not isinstance(seen, gym.spaces.Box):
         raise TrundleError(
-            f"observations are {type(seen).__name__}, not arrays: trundle/PushPose-v0 gives some"
+            f"observations are {type(seen).__name__}, not arrays: use one such as trundle/PushPose-v0"
         )
     entries = gym.spaces.flatdim(seen)
-    if entries < OBSERVATION:
-        raise TrundleError(f"an observation of {entries} numbers is not that of a pushing task")
-    mode = getattr(source, "mode", "wrench")
-    if mode not in MODES:
+    if entries < COMMON_ENTRIES:
         raise TrundleError(
-            f"action = {mode!r}: the agent plans wrenches; make the environment with one of {MODES}"
+            f"observations have {entries} entries, those of a pushing environment at least {COMMON_ENTRIES}"
+        )
+    mode = getattr(source, "mode", "wrench")
+    if mode not in ACTION_MODES:
+        raise TrundleError(
+            f"action = {mode!r}: the agent plans wrenches; make the environment with one of {ACTION_MODES}"
         )
     return space, entries, source
 
 
-def changed(belief: Belief, row: Array) -> bool:
-    """Return whether an observation is of another goal."""
-    return not np.array_equal(belief.goal, row[7:11])
+def has_new_goal(belief: Belief, observation: Observation) -> bool:
+    """Return whether an observation has another goal than the previous one."""
+    return not np.array_equal(belief.latest.goal_vector, observation.goal_vector)
 
 
-def unsure(belief: Belief) -> bool:
-    """Return whether it matters which model is true."""
-    return not belief.updates or belief.updates[-1].worth > MATTERS
+def is_uncertain(belief: Belief) -> bool:
+    """Return whether the value of information is large or unknown."""
+    return not belief.updates or belief.updates[-1].value_of_information > MIN_VALUE_OF_INFORMATION
 
 
-def box(thing: dict[str, Any]) -> tuple[Array, Array]:
-    """Return middle and half sides of the box about a described object, object frame, m."""
-    points = np.concatenate(outlines(thing))
+def bounding_box(description: dict[str, Any]) -> tuple[Array, Array]:
+    """Return middle and half sides of the bounding box of an object, shape (2,) each, object frame, m."""
+    points = np.concatenate(outlines(description))
     low, high = points.min(axis=0), points.max(axis=0)
     return (low + high) / 2, (high - low) / 2
 
 
-def holds(thing: dict[str, Any]) -> Array:
-    """Return where an object may be held: near corners and middles of the sides of the box about it."""
-    middle, half = box(thing)
+def grasp_candidates(description: dict[str, Any]) -> Array:
+    """Return grasp points near corners and middles of the bounding box, shape (8, 2), object frame, m."""
+    middle, half = bounding_box(description)
     ways = [(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0)]
-    return np.asarray(middle + 0.9 * half * np.array(ways))
+    return np.asarray(middle + GRASP_MARGIN * half * np.array(ways))
 
 
-def suspicions(thing: dict[str, Any], mass: float) -> tuple[Model, ...]:
-    """Return models of a described object with a locked wheel near one of its corners each."""
-    middle, half = box(thing)
-    wheel = {"kind": "viscous_wheel", "angle": 0.0, "mu_x": LOCKED, "mu_y": LOCKED}
-    places = [middle + 0.85 * half * np.array(way) for way in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
-    return tuple(modelled(thing, mass, [{**wheel, "x": float(x), "y": float(y)}]) for x, y in places)
+def locked_corner_models(description: dict[str, Any], mass: float) -> tuple[Model, ...]:
+    """Return four models, each with a locked wheel near one corner of the object."""
+    middle, half = bounding_box(description)
+    wheel = {"kind": "viscous_wheel", "angle": 0.0, "mu_x": LOCKED_WHEEL_DRAG, "mu_y": LOCKED_WHEEL_DRAG}
+    ways = ((-1, -1), (-1, 1), (1, -1), (1, 1))
+    places = [middle + SUSPECT_MARGIN * half * np.array(way) for way in ways]
+    wheels = [{**wheel, "x": float(x), "y": float(y)} for x, y in places]
+    return tuple(uniform_model(description, mass, [one]) for one in wheels)

@@ -1,4 +1,4 @@
-"""What an adaptive agent has seen of an episode, and what it makes of it."""
+"""The observations of an episode and the models that an adaptive agent has estimated from them."""
 
 from __future__ import annotations
 
@@ -11,37 +11,39 @@ import tomli_w
 from numpy.typing import NDArray
 
 from trundle._native import Laws, Model, Planner, Recording, _Regression
+from trundle.envs.observation import Observation
 from trundle.online import Online
 
-__all__ = ["Belief", "Update", "described", "rolling"]
+__all__ = ["Belief", "Update", "freely_rolling_model", "observation_metadata", "uniform_model"]
 
 Array: TypeAlias = NDArray[np.float64]
 
-AT_ONCE = 1e-4
-"""Time in which a wrench is gone when the gripper lets go, s."""
+RELEASE_TIME_S = 1e-4
+"""Time in which the wrench drops to zero after the gripper releases the object, s."""
 
 
 @dataclass(frozen=True)
 class Update:
-    """What was learnt at one time.
+    """Result of one fit.
 
     Attributes
     ----------
     time : float
-        Since the episode began, s.
+        Time since the start of the episode, s.
     model : Model
-        The most probable one, fitted to all that had been seen.
+        The most probable model, fitted to all observations so far.
     estimate : list of dict
-        ``name``, ``mean``, ``sd`` (None where the data do not hold it) and ``unit`` of its parameters.
+        ``name``, ``mean``, ``sd`` (None if the parameter is not identifiable) and ``unit`` of each parameter.
     named : tuple of str
-        Effects that the diagnoser named now; empty where it was not asked, or had nothing to name.
+        Effects that a diagnosis named at this time.
     supposed : tuple of str
-        Effects that are believed from now on though the diagnoser does not vouch for them: the best of what
-        it tried does not explain everything, but predicts better.
-    worth : float
-        What knowing the truth would be worth, m s: see `Planner.regret`; 0 where that was not asked.
+        Effects that the agent adds although no diagnosis named them: the best candidate leaves a lack of fit
+        but predicts better.
+    value_of_information : float
+        Expected gain from knowing the true model, m s, as `Planner.regret` computes it; 0 if it was not
+        computed.
     regrasp : tuple of float, optional
-        Where the agent takes hold from now on, object frame, m.
+        Grasp point to which the gripper moves, object frame, m.
     """
 
     time: float
@@ -49,48 +51,61 @@ class Update:
     estimate: Sequence[Mapping[str, Any]]
     named: tuple[str, ...] = ()
     supposed: tuple[str, ...] = ()
-    worth: float = 0.0
+    value_of_information: float = 0.0
     regrasp: tuple[float, float] | None = None
 
 
 class Belief:
-    """What the agent has seen of one episode, and what it makes of it.
+    """The observations of one episode and the models estimated from them.
+
+    Parameters
+    ----------
+    model : Model
+        Model at the start of the episode.
+    planner : Planner
+        Planner of this episode. It keeps its last plan between calls.
+    metadata : dict
+        Content of ``recording.toml`` for a recording of the observations.
+    first : Observation
+        Observation after the reset.
 
     Attributes
     ----------
-    model : Model
-        The most probable one.
     models : tuple of Model
-        What plans are made on: that, or several as probable where the difference matters.
+        Models that the planner uses, the most probable one first.
     updates : list of Update
-        One for each fit.
-    consulted : float
-        When the diagnoser last answered, s since the episode began; 0: never.
-    bound_for : ndarray or None
-        Where the gripper is sent, object frame, m; None while it holds.
-    let_go : bool
-        Whether it has been told so.
+        Results of the fits, in order.
+    observations : list of Observation
+        All observations, the latest last.
+    plan : list of ndarray
+        Remaining actions of the current plan, shape (3,) each.
+    diagnosed_at : float
+        Time of the last completed diagnosis, s since the start of the episode; 0: none.
+    next_grasp : ndarray or None
+        Grasp point to which the gripper is moving, object frame, m.
+    has_released : bool
+        Whether the action that releases the object for `next_grasp` has been sent.
     template : Model or None
-        The laws that are fitted, values free; None: the paper's.
+        Model with free parameters that is fitted; None: the paper's model.
     online : Online, optional
-        The estimate of these laws, kept up to date.
-    learnt : regression, optional
-        What plans are made on in the place of laws.
+        Online estimate of the parameters of `template`.
+    regression : optional
+        Regression that the planner uses instead of `models`.
     """
 
-    def __init__(self, model: Model, planner: Planner, metadata: dict[str, Any], first: Array) -> None:
+    def __init__(self, model: Model, planner: Planner, metadata: dict[str, Any], first: Observation) -> None:
         self.models: tuple[Model, ...] = (model,)
         self.planner = planner
         self.metadata = metadata
         self.updates: list[Update] = []
         self.template: Model | None = None
         self.online: Online | None = None
-        self.learnt: _Regression | None = None
-        self.consulted = 0.0
+        self.regression: _Regression | None = None
+        self.diagnosed_at = 0.0
         self.plan: list[Array] = []
-        self.seen: list[Array] = [first]
-        self.bound_for: Array | None = None
-        self.let_go = False
+        self.observations: list[Observation] = [first]
+        self.next_grasp: Array | None = None
+        self.has_released = False
 
     @property
     def model(self) -> Model:
@@ -99,110 +114,141 @@ class Belief:
 
     @property
     def fits(self) -> int:
-        """How often it has been fitted."""
+        """Number of fits so far."""
         return len(self.updates)
 
     @property
-    def now(self) -> Array:
-        """The last observation."""
-        return self.seen[-1]
+    def latest(self) -> Observation:
+        """The latest observation."""
+        return self.observations[-1]
 
     @property
-    def goal(self) -> Array:
-        """The goal's entries of an observation."""
-        return self.now[7:11]
+    def situation(self) -> tuple[Array, Array, Array]:
+        """Pose and twist of the object, and goal pose, shape (3,) each, world frame, for the planner."""
+        return self.latest.pose, self.latest.twist, self.latest.goal_pose
 
-    @property
-    def situation(self) -> tuple[tuple[float, float, float], Array, tuple[float, float, float]]:
-        """Pose and twist of the object, and goal, as the planner takes them."""
-        now = self.now
-        angle, aim = np.arctan2(now[3], now[2]), np.arctan2(now[10], now[9])
-        return (now[0], now[1], float(angle)), now[4:7], (now[7], now[8], float(aim))
+    def inner_states(self, period: float) -> list[float]:
+        """Return the present inner states of the model's laws, such as the angle of a caster.
 
-    def inner(self, period: float) -> list[float]:
-        """Return where the laws' own states are by now (the angle of a caster, …), from the motion seen."""
+        The states are integrated along the observed motion.
+
+        Parameters
+        ----------
+        period : float
+            Time between two observations, s.
+        """
         laws = Laws(self.model)
-        own = laws.starts
-        if not own:
-            return own
-        for row, felt in zip(self.seen, self.seen[1:], strict=False):
-            angle = float(np.arctan2(row[3], row[2]))
-            wrench = about_origin(felt[11:14], row[14:16])
-            *_, own = laws.step((row[0], row[1], angle), row[4:7], wrench, period, inner=own)
-        return own
+        states = laws.starts
+        if not states:
+            return states
+        for before, after in zip(self.observations, self.observations[1:], strict=False):
+            wrench = about_origin(after.wrench, before.grasp)
+            *_, states = laws.step(before.pose, before.twist, wrench, period, inner=states)
+        return states
 
     def recording(self, period: float, rise: float) -> Recording:
-        """Return all that was seen, as a recording of one episode."""
+        """Return the observations as a recording with one episode; see `columns`."""
         return Recording(self.metadata, {"episode_00": self.columns(period, rise)})
 
     def columns(self, period: float, rise: float) -> dict[str, Array]:
-        """Return the episode's table: what was observed, one reading more where the wrench stops rising."""
-        seen = np.array(self.seen)
-        theta = np.arctan2(seen[:, 3], seen[:, 2])
-        cos, sin = seen[:, 2], seen[:, 3]
-        grasp_x, grasp_y = seen[:, 14], seen[:, 15]
+        """Return the observations as the table of an episode.
+
+        Each action has two readings of the wrench: when it reaches its value, and at its end.
+
+        Parameters
+        ----------
+        period : float
+            Time between two observations, s.
+        rise : float
+            Time in which the wrench changes from one action to the next, s.
+        """
+        seen = self._batch()
+        (x, y), (cos, sin), heading = seen.position.T, seen.direction.T, seen.heading
+        (grasp_x, grasp_y), (force_x, force_y) = seen.grasp.T, seen.force.T
         table = {
-            "t": period * np.arange(len(seen)),
-            "object_x": seen[:, 0],
-            "object_y": seen[:, 1],
-            "object_theta": theta,
-            "gripper_x": seen[:, 0] + cos * grasp_x - sin * grasp_y,
-            "gripper_y": seen[:, 1] + sin * grasp_x + cos * grasp_y,
-            "gripper_theta": theta,
-            "force_x": seen[:, 11],
-            "force_y": seen[:, 12],
-            "torque_z": seen[:, 13],
+            "t": period * np.arange(len(x)),
+            "object_x": x,
+            "object_y": y,
+            "object_theta": heading,
+            "gripper_x": x + cos * grasp_x - sin * grasp_y,
+            "gripper_y": y + sin * grasp_x + cos * grasp_y,
+            "gripper_theta": heading,
+            "force_x": force_x,
+            "force_y": force_y,
+            "torque_z": seen.torque,
         }
-        # An action is held once the arm has reached it: what is read at its end was there all the time.
-        # When the gripper lets go, the wrench is gone at once.
-        held = {key: np.full(len(seen) - 1, np.nan) for key in table}
+        # The wrench is constant after the rise, so the reading at the end of an action holds from there on.
+        # When the gripper releases the object, the wrench drops at once.
+        held = {key: np.full(len(x) - 1, np.nan) for key in table}
         for key in ("force_x", "force_y", "torque_z"):
             held[key] = table[key][1:]
-        held["t"] = table["t"][:-1] + np.where(moved(seen), AT_ONCE, rise)
+        held["t"] = table["t"][:-1] + np.where(is_regrasping(seen), RELEASE_TIME_S, rise)
         order = np.argsort(np.concatenate([table["t"], held["t"]]))
         return {key: np.concatenate([table[key], held[key]])[order] for key in table}
 
     def transitions(self, period: float, rise: float) -> tuple[Array, Array, Array, Array]:
         """Return states before, mean wrenches about the object's origin, durations, and states after.
 
-        Shapes (n, 6), (n, 3), (n,), (n, 6); units and frames as in `trundle.baselines`.
+        Shapes (n, 6), (n, 3), (n,), (n, 6); units and frames as in `trundle.baselines`. `period` and `rise`
+        are those of `columns`.
         """
-        seen = np.array(self.seen)
-        theta = np.unwrap(np.arctan2(seen[:, 3], seen[:, 2]))
-        states = np.column_stack([seen[:, 0:2], theta, seen[:, 4:7]])
-        share = np.where(moved(seen), 0.0, rise / period / 2)[:, None]
-        felt = share * seen[:-1, 11:14] + (1 - share) * seen[1:, 11:14]
-        wrench = about_origin(felt.T, seen[:-1, 14:16].T).T
-        return states[:-1], np.ascontiguousarray(wrench), np.full(len(felt), period), states[1:]
+        seen = self._batch()
+        states = np.column_stack([seen.position, np.unwrap(seen.heading), seen.twist])
+        share = np.where(is_regrasping(seen), 0.0, rise / period / 2)[:, None]
+        mean = share * seen.wrench[:-1] + (1 - share) * seen.wrench[1:]
+        wrench = about_origin(mean.T, seen.grasp[:-1].T).T
+        return states[:-1], np.ascontiguousarray(wrench), np.full(len(mean), period), states[1:]
+
+    def _batch(self) -> Observation:
+        """Return all observations as one batch, shape (n, entries)."""
+        return Observation(np.array([one.vector for one in self.observations]))
 
 
-def moved(seen: Array) -> NDArray[np.bool_]:
-    """Return for each step between observations whether the gripper had let go and went elsewhere."""
-    goes: NDArray[np.bool_] = np.any(seen[1:, 14:16] != seen[:-1, 14:16], axis=1)
-    return goes
+def is_regrasping(observations: Observation) -> NDArray[np.bool_]:
+    """Return for each step of a batch whether the gripper moved to another grasp point; shape (n - 1,)."""
+    moved: NDArray[np.bool_] = np.any(observations.grasp[1:] != observations.grasp[:-1], axis=1)
+    return moved
 
 
-def about_origin(felt: Array, grasp: Array) -> Array:
-    """Return a wrench at the grasp as one about the object's origin; components along the first axis."""
-    return np.stack([felt[0], felt[1], felt[2] + grasp[0] * felt[1] - grasp[1] * felt[0]])
+def about_origin(wrench: Array, grasp: Array) -> Array:
+    """Return wrenches at the grasp points as wrenches about the object's origin, object axes.
+
+    Parameters
+    ----------
+    wrench : ndarray, shape (3, ...)
+        Force (N) and torque about the grasp point (N m), components along the first axis.
+    grasp : ndarray, shape (2, ...)
+        Grasp points, object frame, m.
+    """
+    return np.stack([wrench[0], wrench[1], wrench[2] + grasp[0] * wrench[1] - grasp[1] * wrench[0]])
 
 
-def described(metadata: dict[str, Any]) -> dict[str, Any]:
-    """Return the metadata of a recording of observations.
+def observation_metadata(metadata: dict[str, Any]) -> dict[str, Any]:
+    """Return the metadata of a recording of observations, from those of the environment.
 
-    Readings are tared already, and obstacles are left out: the agent keeps off them.
+    Observed wrenches are tared. The scene is omitted, because the agent keeps away from obstacles.
     """
     wrench = {"frame": "sensor", "sign": "on_object", "raw": False, "contact": "grasp"}
     return {**{key: value for key, value in metadata.items() if key != "scene"}, "wrench": wrench}
 
 
-def rolling(thing: dict[str, Any], mass: float) -> Model:
-    """Return the model of a described object that is uniform and rolls freely."""
-    return modelled(thing, mass, [])
+def freely_rolling_model(description: dict[str, Any], mass: float) -> Model:
+    """Return the model of a uniform object that rolls freely; see `uniform_model`."""
+    return uniform_model(description, mass, [])
 
 
-def modelled(thing: dict[str, Any], mass: float, effects: list[dict[str, Any]]) -> Model:
-    """Return the model of a described object, uniform, with effects."""
-    body = {key: thing[key] for key in ("footprint", "fixture", "support") if thing.get(key)}
-    body["mass"] = thing.get("mass", mass)
+def uniform_model(description: dict[str, Any], mass: float, effects: list[dict[str, Any]]) -> Model:
+    """Return the model of an object of uniform density with effects.
+
+    Parameters
+    ----------
+    description : dict
+        The table ``object`` of a recording.
+    mass : float
+        Mass, kg, if the description contains none.
+    effects : list of dict
+        Tables of ``model.toml``.
+    """
+    body = {key: description[key] for key in ("footprint", "fixture", "support") if description.get(key)}
+    body["mass"] = description.get("mass", mass)
     return Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "body": body, "effect": effects}))

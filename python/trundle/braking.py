@@ -1,4 +1,4 @@
-"""Holding back an object that is about to be lost."""
+"""Braking of an object that is about to exceed the speed limits of the environment."""
 
 from __future__ import annotations
 
@@ -9,27 +9,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import Pushing
+from trundle.envs.observation import Observation
 
-__all__ = ["braking", "runs_away"]
+__all__ = ["braking_action", "exceeds_limits_soon"]
 
 Array: TypeAlias = NDArray[np.float64]
 
-LOST = np.array([Pushing.TOP_SPEED, Pushing.TOP_SPEED, Pushing.TOP_SPIN])
-"""Speed along an axis (m/s) and spin (rad/s) of an object that is lost."""
-AHEAD = 2
-"""Actions for which an object may go on to speed up as it does without being lost."""
+MAX_TWIST = np.array([Pushing.TOP_SPEED, Pushing.TOP_SPEED, Pushing.TOP_SPIN])
+"""Speed (m/s, twice) and spin (rad/s) above which an episode fails."""
+LOOKAHEAD_STEPS = 2
+"""Number of actions over which the present acceleration is extrapolated."""
 
 
-def runs_away(seen: Sequence[Array]) -> bool:
-    """Tell whether an object is lost soon if it goes on to speed up as it does; no model is asked."""
-    now, before = seen[-1][4:7], seen[-2 if len(seen) > 1 else -1][4:7]
-    vx, vy, spin = now + AHEAD * (now - before)
-    return bool(np.hypot(vx, vy) > LOST[0] or abs(spin) > LOST[2])
+def exceeds_limits_soon(observations: Sequence[Observation]) -> bool:
+    """Return whether the extrapolated motion exceeds `MAX_TWIST`.
+
+    The acceleration is that between the last two observations. It is zero if there is only one. The rule uses
+    no model of the object.
+
+    Parameters
+    ----------
+    observations : sequence of Observation
+        One or more observations of an episode, the latest last.
+    """
+    now, before = observations[-1].twist, observations[-2 if len(observations) > 1 else -1].twist
+    vx, vy, spin = now + LOOKAHEAD_STEPS * (now - before)
+    return bool(np.hypot(vx, vy) > MAX_TWIST[0] or abs(spin) > MAX_TWIST[2])
 
 
-def braking(row: Array) -> Array:
-    """Return the action that resists the motion of the grasp: it takes energy out of any object."""
-    (vx, vy, spin), (cos, sin), (x, y) = row[4:7], row[2:4], row[14:16]
+def braking_action(observation: Observation) -> Array:
+    """Return the action that opposes the motion of the grasp point; it dissipates energy of any object.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Force x, force y and torque, object axes, as shares of a full action; not clipped.
+    """
+    (vx, vy, spin), (cos, sin), (x, y) = observation.twist, observation.direction, observation.grasp
     forward, sideways = cos * vx + sin * vy, cos * vy - sin * vx
-    action: Array = -np.array([forward - spin * y, sideways + spin * x, spin]) / LOST
+    action: Array = -np.array([forward - spin * y, sideways + spin * x, spin]) / MAX_TWIST
     return action

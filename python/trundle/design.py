@@ -209,7 +209,7 @@ def design(
     Raises
     ------
     TrundleError
-        If a model has no footprint, lacks a value or cannot be fitted, or if a limit is not positive.
+        If a model has no footprint or no value for a parameter, cannot be fitted, or a limit is not positive.
     """
     if pushes < 1:
         raise TrundleError(f"pushes = {pushes}: at least one is needed")

@@ -1,4 +1,4 @@
-"""How an adaptive agent learns: physical laws fitted to what it has seen, or regressions in their place."""
+"""Learners of an adaptive agent: fits of physical models, or regressions."""
 
 from __future__ import annotations
 
@@ -15,53 +15,89 @@ from trundle.belief import Belief, Update
 from trundle.diagnosis import Fit, Likelihood, fit, model_text
 from trundle.online import Online
 
-__all__ = ["KINDS", "Kind", "Learner", "learner"]
+__all__ = ["KINDS", "Kind", "Learner", "make_learner"]
 
 Kind: TypeAlias = Literal["filter", "shooting", "linear", "local"]
 KINDS: tuple[Kind, ...] = ("filter", "shooting", "linear", "local")
 
-DOUBT = 12.0
-"""Nats by which a pose is predicted worse than noise alone explains, from which on something is missing."""
-ENOUGH = 3.0
-"""Seconds of pushing that a diagnosis needs at least."""
-TOO_FAST = ["swinging_load"]
-"""Effects that are not tried: the planner's steps of 50 ms do not follow a load that swings at some hertz."""
-PATIENCE = 2.0
-"""Times as much as at the last diagnosis must have been seen for the next one."""
-
+MIN_LACK_OF_FIT_NATS = 12.0
+"""Excess prediction error per pose, nats, above which an effect is considered missing."""
+MIN_DIAGNOSIS_TIME_S = 3.0
+"""Minimum duration of the observations before a diagnosis, s."""
+DIAGNOSIS_INTERVAL_FACTOR = 2.0
+"""A diagnosis is repeated when the duration of the observations has grown by this factor."""
+EXCLUDED_EFFECTS = ["swinging_load"]
+"""Effects that a diagnosis omits. The planner's steps of 50 ms do not resolve a swing of some hertz."""
+SDS_PER_95_INTERVAL = 2 * 1.959964
+"""Width of a central 95 % interval of a normal distribution, standard deviations."""
 
 Rows: TypeAlias = Sequence[Mapping[str, Any]]
 """A row for each parameter: name, mean, sd and unit."""
-Richer: TypeAlias = tuple[Model, tuple[str, ...], tuple[str, ...]]
-"""A model with more laws, those that the diagnoser named, and those that are only supposed."""
+ExtendedModel: TypeAlias = tuple[Model, tuple[str, ...], tuple[str, ...]]
+"""A model with additional effects, those that the diagnosis named, and those that are only supposed."""
 
 
 class Learner(Protocol):
-    """Brings a belief up to date."""
+    """Interface of a learner."""
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
-        """Return what was learnt, or None where too little has been seen to tell anything."""
+        """Fit to all observations of a belief.
+
+        Parameters
+        ----------
+        belief : Belief
+            Updated in place.
+        period : float
+            Time between two observations, s.
+        rise : float
+            Time in which the wrench changes from one action to the next, s.
+
+        Returns
+        -------
+        Update or None
+            None if the observations do not suffice.
+        """
 
 
-def learner(kind: str, *, diagnose: bool, starts: int, seed: int) -> Learner:
-    """Return the learner of a kind.
+def make_learner(kind: str, *, diagnose: bool, starts: int, seed: int) -> Learner:
+    """Return a learner.
+
+    Parameters
+    ----------
+    kind : {"filter", "shooting", "linear", "local"}
+        As for `trundle.AdaptiveAgent`.
+    diagnose : bool
+        Whether to diagnose a lack of fit; for "filter" and "shooting".
+    starts, seed : int
+        Random starts of each search, and their seed.
 
     Raises
     ------
     TrundleError
-        If there is no such kind, or a regression is to be diagnosed.
+        If the kind is unknown, or `diagnose` is combined with a regression.
     """
     if kind not in KINDS:
-        raise TrundleError(f"learner = {kind!r}: choose {', '.join(KINDS)}")
+        raise TrundleError(f"learner = {kind!r}: choose one of {', '.join(KINDS)}")
     if kind in ("filter", "shooting"):
         return Physics("steps" if kind == "shooting" else None, diagnose=diagnose, starts=starts, seed=seed)
     if diagnose:
-        raise TrundleError(f"learner = {kind!r}, diagnose = True: a regression has no laws to add to")
+        raise TrundleError(
+            f"learner = {kind!r}, diagnose = True: a regression cannot be diagnosed; "
+            "choose 'filter' or 'shooting'"
+        )
     return Regressor(local=kind == "local")
 
 
 class Physics:
-    """Fits a model's laws; asks the diagnoser which law is missing where they do not explain what is seen."""
+    """Learner that fits a physical model, and diagnoses missing effects if it predicts badly.
+
+    Parameters
+    ----------
+    likelihood : Likelihood or None
+        None: the online estimate under the default likelihood.
+    diagnose, starts, seed
+        As for `make_learner`.
+    """
 
     def __init__(self, likelihood: Likelihood | None, *, diagnose: bool, starts: int, seed: int) -> None:
         self._likelihood = likelihood
@@ -70,47 +106,48 @@ class Physics:
         self._seed = seed
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
-        """Fit, and where the prediction is off beyond the noise, diagnose."""
-        time = period * (len(belief.seen) - 1)
+        """Fit the model; diagnose missing effects if one is due."""
+        time = period * (len(belief.observations) - 1)
         try:
-            model, estimate = self._estimated(belief, period, rise)
+            model, estimate = self._estimate(belief, period, rise)
         except TrundleError:
-            # Too little has been moved yet to tell anything.
+            # The object has not moved enough yet.
             return None
         named: tuple[str, ...] = ()
         supposed: tuple[str, ...] = ()
-        if self._diagnose and time >= max(ENOUGH, PATIENCE * belief.consulted):
-            richer = self._doubted(belief, belief.recording(period, rise), time)
-            if richer is not None:
-                model, named, supposed = richer
+        earliest = max(MIN_DIAGNOSIS_TIME_S, DIAGNOSIS_INTERVAL_FACTOR * belief.diagnosed_at)
+        if self._diagnose and time >= earliest:
+            extended = self._extend_if_misfit(belief, belief.recording(period, rise), time)
+            if extended is not None:
+                model, named, supposed = extended
                 belief.template, belief.online = model.freed(), None
-                estimate = told(model)
+                estimate = estimate_rows(model)
         belief.models = (model,)
         return Update(time, model, estimate, named, supposed)
 
-    def _estimated(self, belief: Belief, period: float, rise: float) -> tuple[Model, Rows]:
-        """Return the model and its estimate: kept up to date, or fitted by the paper's likelihood."""
+    def _estimate(self, belief: Belief, period: float, rise: float) -> tuple[Model, Rows]:
+        """Return the model and its estimate, from the online estimate or a fit with the given likelihood."""
         if self._likelihood is not None:
-            found = self._fitted(belief, belief.recording(period, rise))
+            found = self._fit(belief, belief.recording(period, rise))
             return found.model, found.summary["parameters"]
         if belief.online is None:
             belief.online = Online(belief.metadata, belief.template, starts=self._starts, seed=self._seed)
         belief.online.replace(belief.columns(period, rise))
         model = belief.online.model
         if model is None or belief.online.waiting is not None:
-            raise TrundleError(belief.online.waiting or "nothing has been seen")
+            raise TrundleError(belief.online.waiting or "no estimate: there are no observations")
         return model, belief.online.estimate()
 
-    def _doubted(self, belief: Belief, recording: Recording, time: float) -> Richer | None:
-        """Diagnose where a fit predicts worse than the noise explains."""
+    def _extend_if_misfit(self, belief: Belief, recording: Recording, time: float) -> ExtendedModel | None:
+        """Return a model with additional effects if a fit of the present one predicts badly; else None."""
         try:
-            found = self._fitted(belief, recording)
+            found = self._fit(belief, recording)
         except TrundleError:
             return None
-        return self._diagnosed(belief, recording, time, found) if doubtful(found) else None
+        return self._diagnosed(belief, recording, time, found) if has_lack_of_fit(found) else None
 
-    def _fitted(self, belief: Belief, recording: Recording) -> Fit:
-        """Fit the paper's model from random starts, a richer one from where it was."""
+    def _fit(self, belief: Belief, recording: Recording) -> Fit:
+        """Fit the paper's model from random starts, an extended model from its present values."""
         if belief.template is None:
             return fit(recording, likelihood=self._likelihood, starts=self._starts, seed=self._seed)
         free = {one["name"] for one in belief.template.parameters if one["value"] is None}
@@ -118,21 +155,23 @@ class Physics:
         try:
             return fit(recording, belief.template, likelihood=self._likelihood, start=start, starts=0)
         except TrundleError:
-            # What has been seen since rules out where it was.
+            # The latest observations rule out the present values.
             return fit(
                 recording, belief.template, likelihood=self._likelihood, starts=self._starts, seed=self._seed
             )
 
-    def _diagnosed(self, belief: Belief, recording: Recording, time: float, found: Fit) -> Richer | None:
-        """Return the model with what was missing: named, or supposed; None where nothing predicts better."""
+    def _diagnosed(
+        self, belief: Belief, recording: Recording, time: float, found: Fit
+    ) -> ExtendedModel | None:
+        """Return the model with named or supposed effects; None if no candidate predicts better."""
         try:
             outcome = _native._diagnose(
-                recording, model_text(None), seed=self._seed, without=TOO_FAST, progress=None
+                recording, model_text(None), seed=self._seed, without=EXCLUDED_EFFECTS, progress=None
             )
         except TrundleError:
-            # There is not enough motion yet.
+            # The object has not moved enough yet.
             return None
-        belief.consulted = time
+        belief.diagnosed_at = time
         answer = outcome.answer
         if answer["verdict"] == "explained":
             return outcome.model, tuple(one["effect"] for one in answer["missing"]), ()
@@ -140,18 +179,19 @@ class Physics:
 
     def _supposed(
         self, recording: Recording, alternatives: Sequence[Mapping[str, Any]], found: Fit
-    ) -> Richer | None:
-        """Return the best of what was tried, where it predicts better: to push, it need not explain all."""
+    ) -> ExtendedModel | None:
+        """Return the best candidate if it predicts better by `MIN_LACK_OF_FIT_NATS`; else None."""
         if not alternatives:
             return None
         effects = tuple(alternatives[0]["effect"].split(" + "))
-        choices = product(*(laws_of(effect) for effect in effects))
-        fits = [better for kinds in choices if (better := self._with(kinds, recording)) is not None]
-        best = min(fits, key=shortfall, default=found)
-        return (best.model, (), effects) if shortfall(best) < shortfall(found) - DOUBT else None
+        choices = product(*(kinds_of_effect(effect) for effect in effects))
+        fits = [better for kinds in choices if (better := self._fit_with(kinds, recording)) is not None]
+        best = min(fits, key=lack_of_fit, default=found)
+        is_better = lack_of_fit(best) < lack_of_fit(found) - MIN_LACK_OF_FIT_NATS
+        return (best.model, (), effects) if is_better else None
 
-    def _with(self, kinds: Iterable[str], recording: Recording) -> Fit | None:
-        """Fit the paper's model with more laws; None where that cannot be done."""
+    def _fit_with(self, kinds: Iterable[str], recording: Recording) -> Fit | None:
+        """Fit the paper's model with additional laws; None if the fit fails."""
         laws = [{"kind": kind} for kind in ("viscous_wheel", *kinds)]
         template = Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "effect": laws}))
         try:
@@ -160,18 +200,21 @@ class Physics:
             return None
 
 
-def laws_of(effect: str) -> list[str]:
-    """Return the laws that go by an effect's name in a diagnosis: dry friction is of a point or of a face."""
+def kinds_of_effect(effect: str) -> list[str]:
+    """Return the kinds of laws that a diagnosis reports as `effect`; friction has several."""
     return [law["kind"] for law in _native.effects() if law["effect"] == effect]
 
 
-def doubtful(found: Fit) -> bool:
-    """Tell whether a fitted model predicts poses one second ahead worse than their noise explains."""
-    return shortfall(found) > DOUBT
+def has_lack_of_fit(found: Fit) -> bool:
+    """Return whether the lack of fit exceeds `MIN_LACK_OF_FIT_NATS`."""
+    return lack_of_fit(found) > MIN_LACK_OF_FIT_NATS
 
 
-def shortfall(found: Fit) -> float:
-    """Return by how much a fitted model predicts poses one second ahead worse than noise explains, nats."""
+def lack_of_fit(found: Fit) -> float:
+    """Return the excess error of poses predicted one second ahead over that of pure noise, nats per pose.
+
+    It is the expected log density of poses with the fitted noise minus the log predictive density.
+    """
     density = found.summary["training"]["log_predictive_density"]
     if density is None:
         return 0.0
@@ -180,38 +223,43 @@ def shortfall(found: Fit) -> float:
     return ideal - float(density)
 
 
-def told(model: Model) -> list[dict[str, Any]]:
-    """Return the estimate that a model carries, as a fit tells it."""
+def estimate_rows(model: Model) -> list[dict[str, Any]]:
+    """Return the posterior of a model in the format of a fit's estimate."""
     ranges = {name: (unit, mean, high - low) for name, unit, mean, (low, high) in _native._ranges(model)}
     return [
-        {"name": name, "mean": mean, "sd": width / (2 * 1.959964), "unit": unit}
+        {"name": name, "mean": mean, "sd": width / SDS_PER_95_INTERVAL, "unit": unit}
         for name, (unit, mean, width) in ranges.items()
     ]
 
 
 class Regressor:
-    """Learns next states from states and wrenches by regression, as in section V-B of the paper.
+    """Learner that predicts next states from states and wrenches by regression (section V-B of the paper).
 
-    Features are those of `trundle.baselines` that do not depend on where the object stands: stronger than the
-    paper's.
+    Features are in object axes and do not depend on the pose ("body" in `trundle.baselines`). They are a
+    stronger baseline than those of the paper.
+
+    Parameters
+    ----------
+    local : bool
+        Whether the regression is locally weighted.
     """
 
-    LEAST = 8
-    """Transitions without which there is nothing to learn."""
-    MOST = 60
-    """Transitions that a locally weighted regression keeps, the latest: a prediction weighs all of them."""
+    MIN_TRANSITIONS = 8
+    """Minimum number of transitions for a fit."""
+    MAX_LOCAL_TRANSITIONS = 60
+    """Maximum number of transitions of a locally weighted regression; a prediction weights all of them."""
 
     def __init__(self, *, local: bool) -> None:
         self._local = local
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
-        """Fit to all transitions seen, or the latest."""
+        """Fit to all transitions, or to the latest ones."""
         data = belief.transitions(period, rise)
-        if len(data[0]) < self.LEAST:
+        if len(data[0]) < self.MIN_TRANSITIONS:
             return None
         if self._local:
-            before, wrench, dt, after = (column[-self.MOST :] for column in data)
-            belief.learnt = _Regression.local((before, wrench, dt, after), "body")
+            before, wrench, dt, after = (column[-self.MAX_LOCAL_TRANSITIONS :] for column in data)
+            belief.regression = _Regression.local((before, wrench, dt, after), "body")
         else:
-            belief.learnt = _Regression.linear(data, "body")
-        return Update(period * (len(belief.seen) - 1), belief.model, [])
+            belief.regression = _Regression.linear(data, "body")
+        return Update(period * (len(belief.observations) - 1), belief.model, [])

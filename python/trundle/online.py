@@ -1,4 +1,4 @@
-"""The estimate kept up to date push by push."""
+"""Online estimation of the parameters of a model, push by push."""
 
 from __future__ import annotations
 
@@ -18,22 +18,27 @@ __all__ = ["Online"]
 
 
 class Online:
-    """An estimate that each push, or each chunk of samples, refines at a bounded cost.
+    """Estimate that each push, or each chunk of samples, updates at a bounded cost.
 
-    Every push is remembered as a quadratic in the parameters; a new one moves the estimate by a few
-    Gauss-Newton steps, and one earlier push is looked at again, so that it comes to rest where the fit of all
-    pushes does.
+    The log likelihood of each push is approximated by a quadratic in the parameters. A new push updates the
+    estimate by a few Gauss-Newton steps. Each update also linearises one earlier push again, so that the
+    estimate converges to the fit of all pushes.
 
     Parameters
     ----------
     metadata : mapping
-        What ``recording.toml`` holds: the object, frames, tare and noise (docs/recordings.md).
+        Content of ``recording.toml``: object, frames, tare and noise (docs/recordings.md).
     model : Model or path, optional
-        Values that it leaves out are free; the paper's model if not given.
+        Model whose parameters without a value are estimated; by default the paper's model.
     starts, seed : int
-        Random starts of the search at the first push, and their seed.
+        Number of random starts of the search at the first push, and their seed.
     kept : int
-        Pushes that are looked at again; memory grows with their samples, not with older pushes.
+        Maximum number of earlier pushes that can be linearised again. Memory grows with their samples only.
+
+    Raises
+    ------
+    TrundleError
+        If a setting, the metadata or the model is invalid.
 
     Examples
     --------
@@ -53,25 +58,25 @@ class Online:
         kept: int = 16,
     ) -> None:
         if starts < 1 or kept < 1:
-            raise TrundleError(f"starts = {starts}, kept = {kept}: both must be at least one")
-        first = Model.read(model) if isinstance(model, str | os.PathLike) else model
-        self._native = _native._Online(metadata, first, starts=starts, seed=seed, kept=kept)
+            raise TrundleError(f"starts = {starts}, kept = {kept}: each must be at least one")
+        initial = Model.read(model) if isinstance(model, str | os.PathLike) else model
+        self._native = _native._Online(metadata, initial, starts=starts, seed=seed, kept=kept)
         self._chunks: list[dict[str, NDArray[np.float64]]] = []
 
     def update(self, push: Mapping[str, ArrayLike] | Recording | None = None) -> None:
-        """Take a whole push in.
+        """Add a complete push to the estimate.
 
         Parameters
         ----------
         push : mapping of columns, or Recording, optional
-            The columns of an episode's table, or a recording whose every episode is a push. Left out, what
-            `extend` was given since the last push.
+            Columns of an episode's table, or a recording each episode of which is a push. By default the
+            samples that `extend` received since the last push.
 
         Raises
         ------
         TrundleError
-            If the push cannot be used; the estimate is as before it. What `extend` was given is forgotten, if
-            that is the push.
+            If the push is unusable. The estimate is then that before the push, and the samples of `extend`
+            are discarded if they are the push.
         """
         if push is not None:
             self._native.update(push)
@@ -80,50 +85,53 @@ class Online:
                 self._native.update(self._joined())
             except TrundleError:
                 self._native.abandon()
-                self._begin()
+                self._start_push()
                 raise
-        self._begin()
+        self._start_push()
 
-    def _begin(self) -> None:
-        """Begin a new push."""
+    def _start_push(self) -> None:
         self._chunks, self.waiting = [], None
 
     def extend(self, samples: Mapping[str, ArrayLike]) -> None:
-        """Take in the next samples of the push under way: the estimate is that of the push so far.
+        """Add samples to the current push; the estimate then includes the push so far.
 
-        The cost grows with the push so far (a few milliseconds for six seconds), not with earlier pushes.
-        While there is too little of the push to be compared with a model, the samples are only kept.
+        The cost grows with the length of the current push (a few milliseconds for six seconds), not with
+        earlier pushes. While the push is too short for a likelihood, the samples are stored only.
 
         Parameters
         ----------
         samples : mapping of columns
-            The same columns in each chunk.
+            Columns of an episode's table, the same in each chunk.
 
         Raises
         ------
         TrundleError
-            If its columns are not those of the first chunk, or no lists of one length: it is not kept.
+            If the columns differ from those of the first chunk or in length. The chunk is then ignored.
         """
         chunk = {name: np.asarray(column, dtype=float) for name, column in samples.items()}
         names = (self._chunks or [chunk])[0].keys()
         if chunk.keys() != names:
-            raise TrundleError(f"extend: the columns of the first chunk are {', '.join(names)}; give these")
+            raise TrundleError(
+                f"extend: columns {', '.join(chunk)}: the columns of the first chunk are {', '.join(names)}"
+            )
         shapes = {column.shape for column in chunk.values()}
         if len(shapes) != 1 or len(shapes.pop()) != 1:
-            told = ", ".join(f"{name} {column.shape}" for name, column in chunk.items())
+            found = ", ".join(f"{name} {column.shape}" for name, column in chunk.items())
             raise TrundleError(
-                f"extend: columns must be lists of one length, not of shapes {told or 'of none'}"
+                f"extend: columns must be lists of one length; their shapes are {found or 'missing'}"
             )
         self._chunks.append(chunk)
         self.replace(self._joined())
 
     def replace(self, so_far: Mapping[str, ArrayLike]) -> None:
-        """Take in all samples of the push under way, in place of those given before.
+        """Replace the samples of the current push; the estimate then includes the push so far.
+
+        An unusable push is not an error: `waiting` gives the reason.
 
         Parameters
         ----------
         so_far : mapping of columns
-            From the beginning of the push.
+            All samples since the start of the push.
         """
         try:
             self._native.peek(so_far)
@@ -133,32 +141,32 @@ class Online:
             self.waiting = None
 
     waiting: str | None = None
-    """Why the push under way is not in the estimate yet; None when it is."""
+    """Reason why the current push is not in the estimate yet; None if it is."""
 
     def estimate(self) -> list[Estimate]:
-        """Return name, mean, sd, unit and identifiable of each free parameter, as a fit's summary does.
+        """Return name, mean, sd, unit and identifiable of each free parameter, as in a fit's summary.
 
-        What the pushes so far do not hold has no number; before the first push the list is empty.
+        Mean and sd of a parameter that is not identifiable are None. Before the first push the list is empty.
         """
         return self._native.estimate()
 
     @property
     def model(self) -> Model | None:
-        """The model with every value filled in; None before the first push."""
+        """The model with the estimated values; None before the first push."""
         return self._native.model()
 
     @property
     def pushes(self) -> int:
-        """How many pushes were taken in."""
+        """Number of complete pushes in the estimate."""
         return self._native.pushes
 
     @property
     def hypotheses(self) -> int:
-        """How many explanations are still followed side by side."""
+        """Number of modes of the posterior that are still tracked."""
         return self._native.hypotheses
 
     def _joined(self) -> dict[str, NDArray[np.float64]]:
         if not self._chunks:
-            raise TrundleError("no push: give its columns, or its samples to extend() first")
+            raise TrundleError("no push: give its columns, or call extend() with its samples first")
         names = self._chunks[0].keys()
         return {name: np.concatenate([chunk[name] for chunk in self._chunks]) for name in names}

@@ -119,7 +119,7 @@ def place_outline(outline: Floats, at: Floats) -> Floats:
 
 
 def draw_wrench(axes: Axes, name: str, episode: Mapping[str, Any]) -> None:
-    """Draw the wrench on the object over time, and the begin of contact."""
+    """Draw the wrench on the object over time, and the start of contact."""
     for column, label in enumerate(("force x (N)", "force y (N)", "torque (N m)")):
         axes.plot(episode["wrench_t"], episode["on_object"][:, column], linewidth=0.8, label=label)
     axes.axvline(episode["contact"], color="grey", linewidth=0.8, linestyle=":")

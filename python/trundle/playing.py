@@ -44,9 +44,8 @@ class Animation:
             raise TrundleError(f"{path}: unknown suffix; use .gif for an animation")
         if not path.parent.is_dir():
             raise TrundleError(f"{path}: the folder {path.parent} does not exist")
-        self.path, self._frames, self._period = path, [], 0.05
-
-    _frames: list[NDArray[np.uint8]]
+        self.path, self._period = path, 0.05
+        self._frames: list[NDArray[np.uint8]] = []
 
     @property
     def length(self) -> int:
@@ -108,17 +107,17 @@ def play(
     unwrapped: Any = env.unwrapped
     for number in range(episodes):
         observation, _ = env.reset(seed=seed if number == 0 else None)
-        gained, steps, over = 0.0, 0, False
+        total_reward, steps, is_over = 0.0, 0, False
         info: dict[str, Any] = {}
-        while not over:
+        while not is_over:
             if animation:
                 animation.add_frame(env)
             action = act(observation, steps)
             observation, reward, terminated, truncated, info = env.step(action)
-            gained, steps, over = gained + float(reward), steps + 1, terminated or truncated
+            total_reward, steps, is_over = total_reward + float(reward), steps + 1, terminated or truncated
         if animation:
             animation.add_frame(env)
-        yield _summary(info, gained, steps * unwrapped.control)
+        yield _summary(info, total_reward, steps * unwrapped.control)
 
 
 def _policy_function(env: gym.Env[Any, Any], agent: str | Policy, seed: int) -> Any:
@@ -153,6 +152,6 @@ class TrainedAgent:
         return action
 
 
-def _summary(info: dict[str, Any], gained: float, seconds: float) -> str:
+def _summary(info: dict[str, Any], total_reward: float, seconds: float) -> str:
     end = "goal reached" if info["is_success"] else "object lost" if info["lost"] else "time up"
-    return f"{end} after {seconds:.1f} s, {info['distance']:.2f} m off, return {gained:.2f}"
+    return f"{end} after {seconds:.1f} s, {info['distance']:.2f} m off, return {total_reward:.2f}"

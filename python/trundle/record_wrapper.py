@@ -108,8 +108,8 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
         self._keep_object = keep_object
         self._object = self._source.object_count
         self._described: dict[str, Any] = {}
-        self._begun = False
-        self._stepped = False
+        self._has_episode = False
+        self._has_step = False
         self._rows: list[Columns] = []
         self._episodes: list[Columns] = []
         self.folders: list[Path] = []
@@ -120,7 +120,7 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
     ) -> tuple[ObsType, dict[str, Any]]:
         """Begin the next episode, by default with the same object."""
         self._finish_episode()
-        if self._keep_object and self._begun and seed is None:
+        if self._keep_object and self._has_episode and seed is None:
             options = {"same_object": True, **(options or {})}
         observation, info = self.env.reset(seed=seed, options=options)
         if self._source.object_count != self._object:
@@ -128,7 +128,7 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
             self._object = self._source.object_count
         # Read now: the object may have changed when the recording is written.
         self._described = self._source.recording_metadata(self._name)
-        self._begun = True
+        self._has_episode = True
         self._rows = [self._source.take_rows()]
         return observation, info
 
@@ -136,7 +136,7 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
         """Step the environment and store the readings."""
         result = self.env.step(action)
         self._rows.append(self._source.take_rows())
-        self._stepped = True
+        self._has_step = True
         return result
 
     def close(self) -> None:
@@ -148,11 +148,11 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
             super().close()
 
     def _finish_episode(self) -> None:
-        if self._stepped:
+        if self._has_step:
             self._episodes.append(
                 {key: np.concatenate([rows[key] for rows in self._rows]) for key in self._rows[0]}
             )
-        self._rows, self._stepped = [], False
+        self._rows, self._has_step = [], False
 
     def _write(self) -> None:
         if not self._episodes:

@@ -11,6 +11,7 @@ import pytest
 
 import trundle
 from trundle.cli import main
+from trundle.envs import Observation
 from trundle.experiments.training import policy
 from trundle.experiments.training.config import read
 from trundle.experiments.training.frames import to_object_frame
@@ -113,18 +114,18 @@ def test_observations_are_invariant_to_the_frame_of_the_world() -> None:
     seen = np.array([env.reset(seed=seed)[0] for seed in range(6)])
     turn, shift = 0.7, np.array([0.3, -0.2])
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    moved = seen.copy()
-    for k in (0, 7, 18):
-        moved[:, k : k + 2] = seen[:, k : k + 2] @ rotation.T + shift
-    for k in (2, 4, 9, 20):
-        moved[:, k : k + 2] = seen[:, k : k + 2] @ rotation.T
-    one, other = (to_object_frame(rows, "trundle/PushAround-v0") for rows in (seen, moved))
+    here, moved = Observation(seen), Observation(seen.copy())
+    for point in (moved.position, moved.goal_position, moved.box_position):
+        point[:] = point @ rotation.T + shift
+    for vector in (moved.direction, moved.velocity, moved.goal_direction, moved.box_direction):
+        vector[:] = vector @ rotation.T
+    one, other = (to_object_frame(rows.vector, "trundle/PushAround-v0") for rows in (here, moved))
     assert np.allclose(one[:, 4:], other[:, 4:])
-    assert not np.allclose(one[:, 0:2], other[:, 0:2])
+    assert not np.allclose(Observation(one).position, Observation(other).position)
     # The goal in the frame of the object, and its saturated entries.
-    way = seen[:, 7:9] - seen[:, 0:2]
-    ahead = np.sum(way * seen[:, 2:4], axis=1)
-    assert np.allclose(one[:, 7], ahead)
+    way = here.goal_position - here.position
+    ahead = np.sum(way * here.direction, axis=1)
+    assert np.allclose(Observation(one).goal_position[:, 0], ahead)
     assert np.allclose(one[:, -3], ahead / (np.linalg.norm(way, axis=1) + 0.1))
 
 

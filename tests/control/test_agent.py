@@ -74,7 +74,7 @@ def test_it_updates_before_each_action_while_models_differ(
 ) -> None:
     unsure = True
     for before, update in itertools.pairwise(pushed[2].updates):
-        unsure = before.worth > 0.02
+        unsure = before.value_of_information > 0.02
         assert update.time - before.time == pytest.approx(0.05 if unsure else 0.5 - before.time % 0.5)
     assert not unsure
 
@@ -167,11 +167,11 @@ def test_the_outline_is_visible_only_on_request() -> None:
     for outline in (False, True):
         agent = trundle.AdaptiveAgent(env, outline=outline)
         agent.predict(observation, episode_start=True)
-        thing = agent.beliefs[0].metadata["object"]
-        assert "support" in true and "support" not in thing
-        assert thing.get("fixture") == (true["fixture"] if outline else None)
-        assert ("footprint" in thing) != outline
-    with pytest.raises(trundle.TrundleError, match="of one environment"):
+        description = agent.beliefs[0].metadata["object"]
+        assert "support" in true and "support" not in description
+        assert description.get("fixture") == (true["fixture"] if outline else None)
+        assert ("footprint" in description) != outline
+    with pytest.raises(trundle.TrundleError, match="for one environment only"):
         agent.predict(np.stack([observation, observation]))
 
 

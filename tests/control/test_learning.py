@@ -16,6 +16,7 @@ from trundle import _native
 from trundle._native import Laws
 from trundle.agent import Belief
 from trundle.belief import about_origin
+from trundle.envs import Observation
 from trundle.experiments.comparison.config import read
 from trundle.experiments.comparison.world import make_world
 from trundle.learners import Physics
@@ -53,7 +54,7 @@ def test_a_diagnosed_effect_joins_the_model() -> None:
 def test_a_sufficient_model_starts_no_diagnosis() -> None:
     belief, info = played(200, diagnose=True)
     assert info["is_success"]
-    assert belief.consulted == 0.0
+    assert belief.diagnosed_at == 0.0
     assert not any(update.named for update in belief.updates)
 
 
@@ -95,7 +96,7 @@ def test_an_unnamed_effect_is_not_used_if_it_predicts_no_better() -> None:
     belief, _ = played(60)
     recording = belief.recording(0.05, 0.02)
     physics = Physics(None, diagnose=True, starts=1, seed=0)
-    found = physics._fitted(belief, recording)
+    found = physics._fit(belief, recording)
     assert physics._supposed(recording, [{"effect": "coulomb_friction"}], found) is None
     assert physics._supposed(recording, [], found) is None
 
@@ -111,7 +112,7 @@ def test_the_best_law_is_used_for_an_unnamed_effect(law: dict[str, Any], effect:
     belief, _ = played(64, options={"hidden": "locked", "effects": [law]})
     recording = belief.recording(0.05, 0.02)
     physics = Physics(None, diagnose=True, starts=2, seed=0)
-    richer = physics._supposed(recording, [{"effect": effect}], physics._fitted(belief, recording))
+    richer = physics._supposed(recording, [{"effect": effect}], physics._fit(belief, recording))
     assert richer is not None
     model, named, supposed = richer
     assert (named, supposed) == ((), (effect,))
@@ -123,19 +124,19 @@ def test_other_learners_reach_the_goal(learner: str) -> None:
     belief, info = played(300, "trundle/LockedWheel-v0", learner=learner, seed=1)
     assert info["is_success"]
     assert belief.fits > 0
-    assert (belief.learnt is not None) == (learner == "linear")
+    assert (belief.regression is not None) == (learner == "linear")
 
 
 def test_planning_uses_a_locally_weighted_regression() -> None:
     belief, _ = played(24, "trundle/LockedWheel-v0", learner="local", samples=32, iterations=2)
-    assert belief.learnt is not None
-    assert belief.learnt.widths is not None
+    assert belief.regression is not None
+    assert belief.regression.widths is not None
 
 
 def test_it_plans_on_several_models_only_while_they_differ() -> None:
     belief, _ = played(60)
-    worths = [update.worth for update in belief.updates]
-    assert worths[0] > 0.02 > worths[-1]
+    values = [update.value_of_information for update in belief.updates]
+    assert values[0] > 0.02 > values[-1]
     assert belief.models == (belief.model,)
     early, _ = played(5)
     assert len(early.models) == 5
@@ -162,8 +163,8 @@ def test_it_regrasps_if_the_grasp_is_insufficient() -> None:
     assert info["is_success"]
     places = [update.regrasp for update in belief.updates if update.regrasp]
     assert places
-    assert belief.now[14:16] == pytest.approx(places[-1])
-    assert len(belief.seen) < 0.6 * len(kept.seen)
+    assert belief.latest.grasp == pytest.approx(places[-1])
+    assert len(belief.observations) < 0.6 * len(kept.observations)
 
 
 def test_an_open_gripper_does_not_push() -> None:
@@ -172,11 +173,11 @@ def test_an_open_gripper_does_not_push() -> None:
     observation, _ = env.reset(seed=1)
     source: Any = env.unwrapped
     truth = trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
-    belief = trundle.AdaptiveAgent(env, model=truth)._begun(observation)
+    belief = trundle.AdaptiveAgent(env, model=truth)._first_belief(Observation(observation))
     push, leave = np.array([0.3, 0.1, 0, 0, 0, -1.0]), np.array([0, 0, 0, 0.5, 0.5, 1.0])
     for action in [push] * 4 + [leave] * 25 + [push] * 2:
-        belief.seen.append(env.step(action.astype(np.float32))[0].astype(float))
-    assert np.any(belief.now[14:16] != belief.seen[0][14:16])
+        belief.observations.append(Observation(env.step(action.astype(np.float32))[0]))
+    assert np.any(belief.latest.grasp != belief.observations[0].grasp)
     before, wrench, dt, after = belief.transitions(0.05, 0.02)
     mass = source.hidden_model()["body"]["mass"]
 
@@ -188,7 +189,7 @@ def test_an_open_gripper_does_not_push() -> None:
     assert gained(wrench[:, :2] * dt[:, None]) == pytest.approx(speeds, abs=2e-3)
     columns = belief.columns(0.05, 0.02)
     force = np.stack([columns["force_x"], columns["force_y"]], axis=1)
-    within = np.digitize(columns["t"][:-1] + 1e-9, 0.05 * np.arange(len(belief.seen))) - 1
+    within = np.digitize(columns["t"][:-1] + 1e-9, 0.05 * np.arange(len(belief.observations))) - 1
     parts = (force[1:] + force[:-1]) / 2 * np.diff(columns["t"])[:, None]
     summed = np.array([parts[within == step].sum(axis=0) for step in range(len(dt))])
     assert gained(summed) == pytest.approx(speeds, abs=2e-3)
@@ -204,7 +205,7 @@ def test_the_observation_contains_the_size_of_random_objects() -> None:
     belief, info = played(300, options={"hidden": "locked", "object": ["chair", "bookcase"]}, seed=5)
     assert info["is_success"]
     corner = np.max(belief.metadata["object"]["footprint"], axis=0)
-    assert corner == pytest.approx(belief.now[16:18])
+    assert corner == pytest.approx(belief.latest.half_size)
 
 
 def test_the_oracle_tracks_the_angle_of_a_caster() -> None:
@@ -217,13 +218,12 @@ def test_the_oracle_tracks_the_angle_of_a_caster() -> None:
     for step in range(40):
         action, (belief,) = agent.predict(observation, episode_start=step == 0)
         observation = env.step(action)[0]
-    (angle,) = belief.inner(0.05)
+    (angle,) = belief.inner_states(0.05)
     assert Laws(model).starts != [angle]
     # The wheel trails behind the motion of its pivot, in the object frame.
-    before, now = belief.seen[-6], belief.seen[-1]
-    turn = np.arctan2(now[3], now[2])
-    pivot = [row[0:2] + turned(np.array([0.5, -0.3]), np.arctan2(row[3], row[2])) for row in (before, now)]
-    way = np.arctan2(*(pivot[1] - pivot[0])[::-1]) - turn
+    before, now = belief.observations[-6], belief.observations[-1]
+    pivot = [seen.position + turned(np.array([0.5, -0.3]), seen.heading) for seen in (before, now)]
+    way = np.arctan2(*(pivot[1] - pivot[0])[::-1]) - now.heading
     assert abs(np.angle(np.exp(1j * (angle - way)))) < 0.5 or (
         abs(np.angle(np.exp(1j * (angle - way + np.pi)))) < 0.5
     )
@@ -243,9 +243,9 @@ def test_a_wrench_is_transported_to_the_origin() -> None:
 @pytest.mark.parametrize(
     ("told", "reason"),
     [
-        ({"learner": "neural"}, "learner = 'neural': choose filter, shooting, linear, local"),
-        ({"learner": "linear", "diagnose": True}, "a regression has no laws"),
-        ({"adapt": False, "probe": True}, "neither diagnoses nor probes"),
+        ({"learner": "neural"}, "learner = 'neural': choose one of filter, shooting, linear, local"),
+        ({"learner": "linear", "diagnose": True}, "a regression cannot be diagnosed"),
+        ({"adapt": False, "probe": True}, "these need adapt = True"),
         ({"curiosity": -1.0}, "curiosity"),
         ({"pushes": 0}, "pushes = 0"),
     ],

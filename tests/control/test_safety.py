@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import trundle.agent
-from trundle.braking import LOST, braking, runs_away
+from trundle.braking import MAX_TWIST, braking_action, exceeds_limits_soon
+from trundle.envs import Observation
 from trundle.experiments.comparison.config import read
 from trundle.experiments.comparison.episode import make_player
 from trundle.experiments.comparison.world import make_world
@@ -16,10 +17,10 @@ from trundle.experiments.comparison.world import make_world
 COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.toml"
 
 
-def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (-0.6, 0.0)) -> np.ndarray:
+def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (-0.6, 0.0)) -> Observation:
     """Return an observation with given motion, heading and grasp."""
-    seen = np.zeros(18)
-    seen[2:4], seen[4:7], seen[14:16] = (np.cos(heading), np.sin(heading)), twist, grasp
+    seen = Observation(np.zeros(18))
+    seen.direction[:], seen.twist[:], seen.grasp[:] = (np.cos(heading), np.sin(heading)), twist, grasp
     return seen
 
 
@@ -37,25 +38,25 @@ def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (
 def test_braking_starts_if_two_more_steps_exceed_the_limits(
     before: list[float], now: list[float], expected: bool
 ) -> None:
-    assert runs_away([row(before), row(now)]) is expected
+    assert exceeds_limits_soon([row(before), row(now)]) is expected
 
 
 def test_no_braking_at_the_start_of_an_episode() -> None:
-    assert not runs_away([row([1.9, 0.0, 3.9])])
+    assert not exceeds_limits_soon([row([1.9, 0.0, 3.9])])
 
 
 def test_braking_removes_energy() -> None:
     random = np.random.default_rng(0)
     for _ in range(200):
         twist, heading, grasp = random.normal(size=3), random.uniform(-3, 3), random.normal(size=2)
-        push = braking(row(list(twist), heading, tuple(grasp)))
+        push = braking_action(row(list(twist), heading, tuple(grasp)))
         cos, sin = np.cos(heading), np.sin(heading)
         arm = np.array([cos * grasp[0] - sin * grasp[1], sin * grasp[0] + cos * grasp[1]])
         force = np.array([cos * push[0] - sin * push[1], sin * push[0] + cos * push[1]])
         speed = twist[:2] + twist[2] * np.array([-arm[1], arm[0]])
         # The axes are weighted like the limits, so the power is negative on each.
         assert force @ speed < 0 and push[2] * twist[2] < 0
-    assert braking(row([0.0, 0.0, LOST[2]], grasp=(0.0, 0.0)))[2] == -1.0
+    assert braking_action(row([0.0, 0.0, MAX_TWIST[2]], grasp=(0.0, 0.0)))[2] == -1.0
 
 
 def lost_within(seconds: float) -> bool:
@@ -73,5 +74,5 @@ def lost_within(seconds: float) -> bool:
 
 def test_braking_prevents_the_loss_of_an_object(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not lost_within(2.0)
-    monkeypatch.setattr(trundle.agent, "runs_away", lambda seen: False)
+    monkeypatch.setattr(trundle.agent, "exceeds_limits_soon", lambda seen: False)
     assert lost_within(2.0)

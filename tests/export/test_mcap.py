@@ -204,7 +204,7 @@ def test_an_interrupted_export_changes_nothing(
             np.append(np.arange(N - 1.0), N - 2.0 + 1e-10),
             r"episode a, row 60, column t: .* merge the two rows",
         ),
-        (np.arange(N) * 1e8, r"episode a: lasts 5\.9e\+09 s, past the last ROS stamp"),
+        (np.arange(N) * 1e8, r"episode a: lasts 5\.9e\+09 s, which exceeds the largest ROS stamp"),
     ],
 )
 def test_times_out_of_range_are_refused(t: Any, message: str, tmp_path: Path) -> None:

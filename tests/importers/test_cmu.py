@@ -107,7 +107,7 @@ def test_logs_become_episodes(tmp_path: Path) -> None:
     assert recording.metadata["split"]["held_out"] == ["exp_2"]
     poses = recording.episodes["exp_2"]["object_x"]
     assert np.sum(~np.isnan(poses)) == 493
-    assert any("exp_2: 7 poses of a lost tracker left out" in remark for remark in got.remarks)
+    assert any("exp_2: 7 poses of a lost tracker omitted" in remark for remark in got.remarks)
     begin, end = recording.metadata["wrench"]["precontact"]["exp_1"]
     assert begin == 0.0
     assert end == pytest.approx(6.0, abs=0.05)
@@ -121,7 +121,7 @@ def test_logs_with_another_load_are_a_separate_recording(tmp_path: Path) -> None
         write_log(tmp_path, name, 0)
     got = read(tmp_path, "cmu-planar-push")
     assert list(got.episodes) == ["exp3_3"]
-    assert "exp3_1: left out, another load or floor; a map with `logs` takes it" in got.remarks
+    assert "exp3_1: omitted, another load or floor; list it in `logs` of a map" in got.remarks
     assert list(read(tmp_path, "cmu-planar-push", CONFIGS / "cmu_earlier.toml").episodes) == [
         "exp3_1",
         "exp3_2",
@@ -136,7 +136,7 @@ def test_logs_cannot_be_selected_for_pushes(tmp_path: Path) -> None:
 def test_a_missing_part_of_a_log_is_named(tmp_path: Path) -> None:
     write_log(tmp_path, "exp_1", 0)
     (tmp_path / "exp_1_pos.txt").unlink()
-    with pytest.raises(ValueError, match=r"exp_1_pos\.txt: no such file; a log is three of them"):
+    with pytest.raises(ValueError, match=r"exp_1_pos\.txt: no such file; a log consists of NAME_force"):
         read(tmp_path, "cmu-planar-push")
 
 

@@ -64,7 +64,7 @@ def test_the_example_map_converts_a_folder_of_logs(tmp_path: Path) -> None:
     np.testing.assert_allclose(late["force_x"], np.arange(100) / 10)
     np.testing.assert_allclose(late["force_y"], -np.arange(100) / 5)
     np.testing.assert_allclose(late["torque_z"], 1 + np.arange(100) / 1000)
-    assert "a.csv: object: 50 samples repeated left out" in got.remarks
+    assert "a.csv: object: 50 samples repeated omitted" in got.remarks
 
 
 def test_an_empty_cell_is_a_missing_sample(imported: Import, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from gymnasium.utils.env_checker import check_env
 from numpy.typing import NDArray
 
 import trundle
-from trundle.envs import LockedWheel, Push, PushAround
+from trundle.envs import LockedWheel, Observation, Push, PushAround
 
 LOCKED = "trundle/LockedWheel-v0"
 FLAT = ("PushPose", "PushPath", "PushAround", "PushDoor", "LockedWheel")
@@ -134,8 +134,8 @@ def test_given_effects_are_hidden() -> None:
     slope = {"kind": "floor_slope", "accel_x": 0.2, "accel_y": 0.0}
     env = Push(hidden="none", effects=[slope], noise=0.0)
     env.reset(seed=0, options={"start": (0.0, 0.0, 1.0), "goal": (2.0, 0.0, 0.0)})
-    observation = rollout(env, np.zeros((20, 3), dtype=np.float32))[-1][0]
-    assert observation[0] > 0.05 and abs(observation[1]) < 1e-3, "it rolls down the slope by itself"
+    seen = Observation(np.array(rollout(env, np.zeros((20, 3), dtype=np.float32))[-1][0]))
+    assert seen.position[0] > 0.05 and abs(seen.position[1]) < 1e-3, "it rolls down the slope by itself"
     assert env.hidden_model()["effect"][0]["kind"] == "floor_slope"
 
 
@@ -146,7 +146,7 @@ def test_the_sensor_reads_the_inertia_of_the_gripper() -> None:
     for effects in ([], [heavy]):
         env = Push(action="velocity", hidden="none", noise=0.0, effects=effects)
         env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
-        felt.append(rollout(env, given)[0][0][11])
+        felt.append(Observation(np.array(rollout(env, given)[0][0])).force[0])
     # 0.24 m/s are reached in 50 ms: 4.8 m/s² on 5 kg.
     assert felt[1] - felt[0] == pytest.approx(24.0, rel=0.05)
 
@@ -155,7 +155,7 @@ def test_a_delayed_reading_is_a_mean() -> None:
     def told(*effects: dict[str, Any]) -> float:
         env = Push(action="push", hidden="none", noise=0.0, effects=effects)
         env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
-        return float(env.step(np.array([1.0, 0.0, 0.5], dtype=np.float32))[0][11])
+        return float(Observation(env.step(np.array([1.0, 0.0, 0.5], dtype=np.float32))[0]).force[0])
 
     assert told({"kind": "latency", "delay": 0.05}) == pytest.approx(told(), rel=0.2) and told() > 1.0
 
@@ -163,7 +163,8 @@ def test_a_delayed_reading_is_a_mean() -> None:
 def test_a_short_action_is_reached_at_its_end() -> None:
     env = Push(substeps=5, hidden="none", noise=0.0)
     env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
-    speeds = [s[0][4] for s in rollout(env, np.array([[0.2, 0, 0], [0, 0, 0]] * 2, dtype=np.float32))]
+    steps = rollout(env, np.array([[0.2, 0, 0], [0, 0, 0]] * 2, dtype=np.float32))
+    speeds = Observation(np.array([row for row, _, _ in steps])).velocity[:, 0]
     # Each 10 ms with a mean of 10 N on 22 kg.
     np.testing.assert_allclose(np.diff(speeds, prepend=0.0), 0.1 / 22.0, rtol=1e-6)
 
@@ -190,30 +191,31 @@ def test_the_sensor_reads_the_commanded_wrench() -> None:
     env.reset(seed=0)
     action = np.array([0.3, -0.2, 0.1], dtype=np.float32)
     observation = env.step(action)[0]
-    np.testing.assert_allclose(observation[11:14], action * env.ACTION_SCALE, rtol=1e-6)
+    np.testing.assert_allclose(Observation(observation).wrench, action * env.ACTION_SCALE, rtol=1e-6)
 
 
 def test_the_gripper_has_the_commanded_velocity() -> None:
     env = Push(action="velocity", hidden="none", noise=0.0)
     env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
     ahead = np.tile(np.array([0.5, 0.0, 0.0], dtype=np.float32), (20, 1))
-    observation = rollout(env, ahead)[-1][0]
-    np.testing.assert_allclose(observation[4:7], [0.15, 0.0, 0.0], atol=2e-3)
+    observation = np.array(rollout(env, ahead)[-1][0])
+    np.testing.assert_allclose(Observation(observation).twist, [0.15, 0.0, 0.0], atol=2e-3)
 
 
 def test_a_gripper_stalls_at_an_obstacle() -> None:
     env = PushAround(action="velocity", hidden="none", noise=0.0, horizon=0)
-    here, _ = env.reset(seed=0)
+    seen = Observation(env.reset(seed=0)[0])
     touched, most = False, 0.0
     for _ in range(200):
         # Straight towards the observed middle of the box.
-        way = here[16:18] - here[:2]
+        way = seen.box_position - seen.position
         action = np.append(way / np.hypot(*way), 0.0).astype(np.float32)
-        here, _, ended, _, info = env.step(np.clip(action, -1, 1))
+        observation, _, ended, _, info = env.step(np.clip(action, -1, 1))
+        seen = Observation(observation)
         touched |= info["touched"]
         # The limits are at the grasp, along the object's axes; as the springs give, the gripper is beside it.
-        assert np.hypot(*here[11:13]) <= np.hypot(100.0, 100.0) + 1e-9 and abs(here[13]) <= 42.0
-        most = max(most, np.abs(here[11:13]).max())
+        assert np.hypot(*seen.force) <= np.hypot(100.0, 100.0) + 1e-9 and abs(seen.torque) <= 42.0
+        most = max(most, np.abs(seen.force).max())
         if ended:
             break
     assert touched and most > 50.0
@@ -223,9 +225,9 @@ def test_a_push_follows_its_direction() -> None:
     env = Push(action="push", hidden="none", noise=0.0, object="office_table")
     env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
     behind = np.array([1.0, 0.0, 1.0], dtype=np.float32)
-    after, _, _, _, _ = env.step(behind)
-    assert after[0] > 0.1 and abs(after[1]) < 1e-6, "pushed at its rear it goes ahead"
-    assert after[11] > 0 and after[14] == pytest.approx(-0.6, abs=1e-6)
+    after = Observation(env.step(behind)[0])
+    assert after.position[0] > 0.1 and abs(after.position[1]) < 1e-6, "pushed at its rear it goes ahead"
+    assert after.force[0] > 0 and after.grasp[0] == pytest.approx(-0.6, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -264,7 +266,7 @@ def test_an_invalid_option_is_refused(options: dict[str, Any], words: str) -> No
 
 def test_a_goal_in_an_obstacle_is_refused() -> None:
     env = PushAround()
-    box = env.reset(seed=0)[0][16:18]
+    box = Observation(env.reset(seed=0)[0]).box_position
     with pytest.raises(trundle.TrundleError, match=r"goal.*obstacle"):
         env.reset(seed=0, options={"goal": (*box, 0.0)})
 
@@ -309,10 +311,10 @@ def test_invalid_constructor_arguments_are_refused(arguments: dict[str, Any], wo
 @pytest.mark.parametrize("name", ["PushPose", "PushPath", "PushAround", "PushDoor"])
 def test_the_image_shows_the_object_at_its_position(name: str) -> None:
     env: Env = gymnasium.make(f"trundle/{name}-v0", render_mode="rgb_array", object="household")
-    seen, _ = env.reset(seed=2)
+    x, y = Observation(env.reset(seed=2)[0]).position
     picture = np.asarray(env.render()).astype(int)
     assert picture.shape == (480, 480, 3)
-    row, column = int((2.75 - seen[1]) / 5.5 * 480), int((seen[0] + 2.75) / 5.5 * 480)
+    row, column = int((2.75 - y) / 5.5 * 480), int((x + 2.75) / 5.5 * 480)
     window = picture[row - 12 : row + 12, column - 12 : column + 12].reshape(-1, 3)
     red, _, blue = np.median(window, axis=0)
     assert red > blue + 20, "furniture is brown"

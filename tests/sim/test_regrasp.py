@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import trundle
 from trundle.cli import main
-from trundle.envs import Oracle, Push
+from trundle.envs import Observation, Oracle, Push
 
 AWAY = 20
 """Number of actions of a regrasp."""
@@ -60,19 +60,20 @@ def test_a_regrasp_takes_a_second_without_a_wrench() -> None:
     env = Push(action="regrasp", hidden="none", noise=0.0)
     env.reset(seed=0, options=MIDDLE)
     rollout(env, [act(0.3, 0.0, 0.0)] * 5)
-    seen = np.array([row for row, _, _ in rollout(env, [act(1.0, 1.0, 1.0, to=(1.0, 0.5))] * AWAY)])
+    steps = rollout(env, [act(1.0, 1.0, 1.0, to=(1.0, 0.5))] * AWAY)
+    seen = Observation(np.array([row for row, _, _ in steps]))
     # It lets go within the step, so that the first of them already has the speed of the last.
-    np.testing.assert_allclose(seen[:, 4:7], np.tile(seen[0, 4:7], (AWAY, 1)), atol=1e-12)
-    assert seen[0, 4] > 0.2
-    assert not seen[:, 11:14].any()
+    np.testing.assert_allclose(seen.twist, np.tile(seen.twist[0], (AWAY, 1)), atol=1e-12)
+    assert seen.velocity[0, 0] > 0.2
+    assert not seen.wrench.any()
     share = np.arange(1, AWAY + 1)[:, None] / AWAY
-    np.testing.assert_allclose(seen[:, 14:16], (-0.6, 0.0) + share * (1.2, 0.2), atol=1e-12)
-    assert seen[-1, 14:16] == pytest.approx((0.6, 0.2), abs=1e-12)
-    after, *_ = env.step(act(0.0, 0.25, 0.0))
-    assert after[11:13].tolist() == [0.0, 25.0]
+    np.testing.assert_allclose(seen.grasp, (-0.6, 0.0) + share * (1.2, 0.2), atol=1e-12)
+    assert seen.grasp[-1] == pytest.approx((0.6, 0.2), abs=1e-12)
+    after = Observation(env.step(act(0.0, 0.25, 0.0))[0])
+    assert after.force.tolist() == [0.0, 25.0]
     # 25 N to the left at 0.6 m ahead of the mass centre turn the table left; they rise within 20 ms.
     inertia = 22.0 * (1.2**2 + 0.8**2) / 12
-    assert after[6] == pytest.approx(25.0 * 0.6 / inertia * 0.04, rel=1e-3)
+    assert after.spin == pytest.approx(25.0 * 0.6 / inertia * 0.04, rel=1e-3)
 
 
 def test_a_regrasped_object_moves_like_one_held_there() -> None:
@@ -148,7 +149,7 @@ def test_wrappers_and_goal_environments_support_regrasps() -> None:
     for _ in range(AWAY):
         flat, *_ = told.step(act(0.0, 0.0, 0.0, to=(1.0, 1.0)))
         parted, *_ = goals.step(act(0.0, 0.0, 0.0, to=(1.0, 1.0)))
-    np.testing.assert_allclose(flat[14:16], (0.6, 0.4))
+    np.testing.assert_allclose(Observation(flat).grasp, (0.6, 0.4))
     np.testing.assert_allclose(parted["observation"][-2:], (0.6, 0.4))
     assert first.size == flat.size == 26
 

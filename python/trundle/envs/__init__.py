@@ -18,6 +18,7 @@ from gymnasium.envs.registration import register
 
 from trundle._native import Pushing
 from trundle.envs.goal import PushAroundGoal, PushDoorGoal, PushGoal, PushPathGoal, PushPoseGoal
+from trundle.envs.observation import Observation
 from trundle.envs.oracle import Oracle, VectorOracle
 from trundle.envs.push import ActionError, Push
 from trundle.envs.tasks import LockedWheel, PushAround, PushDoor, PushPath, PushPose
@@ -31,6 +32,7 @@ __all__ = [
     "HOUSEHOLD",
     "ActionError",
     "LockedWheel",
+    "Observation",
     "Oracle",
     "Push",
     "PushAround",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import TrundleError
+from trundle.envs.observation import Observation, PlanarPose
 from trundle.envs.push import FACING, REACH, Action, Push
 from trundle.envs.tasks import PushAround, PushDoor, PushPath, PushPose
 
@@ -16,9 +17,6 @@ __all__ = ["GoalSpace", "PushAroundGoal", "PushDoorGoal", "PushGoal", "PushPathG
 
 Array = NDArray[np.float64]
 GoalObservation = dict[str, Array]
-
-ACHIEVED, DESIRED = slice(0, 4), slice(7, 11)
-"""Entries of a flat observation: object pose and goal pose, each as x, y, cosine, sine."""
 
 
 class GoalSpace:
@@ -51,18 +49,20 @@ class GoalSpace:
 
     def split(self, flat: Array) -> GoalObservation:
         """Return observations of shape (..., n) as dictionaries; the goals have shape (..., 4)."""
-        rest = np.concatenate([flat[..., : DESIRED.start], flat[..., DESIRED.stop :]], axis=-1)
+        fields = Observation(flat)
         return {
-            "observation": rest,
-            "achieved_goal": flat[..., ACHIEVED].copy(),
-            "desired_goal": flat[..., DESIRED].copy(),
+            "observation": fields.without_goal(),
+            "achieved_goal": fields.pose_vector.copy(),
+            "desired_goal": fields.goal_vector.copy(),
         }
 
     def reward(self, achieved: Array, desired: Array) -> Array:
         """Return the rewards of goals of shape (..., 4)."""
-        distance = np.hypot(*np.moveaxis(desired[..., :2] - achieved[..., :2], -1, 0))
-        cos = np.sum(achieved[..., 2:] * desired[..., 2:], axis=-1)
-        sin = achieved[..., 2] * desired[..., 3] - achieved[..., 3] * desired[..., 2]
+        pose, goal = PlanarPose(achieved), PlanarPose(desired)
+        distance = np.hypot(*np.moveaxis(goal.position - pose.position, -1, 0))
+        here, there = pose.direction, goal.direction
+        cos = np.sum(here * there, axis=-1)
+        sin = here[..., 0] * there[..., 1] - here[..., 1] * there[..., 0]
         turn = np.abs(np.arctan2(sin, cos))
         if self.reward_type == "sparse":
             return np.where((distance >= self.reach) | (turn >= self.facing), -1.0, 0.0)
@@ -109,8 +109,9 @@ class PushGoal(Push):
     ) -> tuple[GoalObservation, float, bool, bool, dict[str, Any]]:
         """Apply an action until the next one is due."""
         flat, _, terminated, truncated, info = super().step(action)
-        reward = self._goals.reward(flat[ACHIEVED], flat[DESIRED])
-        return self._goals.split(flat), float(reward), False, terminated or truncated, info
+        seen = self._goals.split(flat)
+        reward = self._goals.reward(seen["achieved_goal"], seen["desired_goal"])
+        return seen, float(reward), False, terminated or truncated, info
 
     def compute_reward(self, achieved_goal: Array, desired_goal: Array, info: Any) -> Any:
         """Return the reward of goals: a number for shape (4,), an array (n,) for (n, 4)."""

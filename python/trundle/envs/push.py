@@ -18,7 +18,7 @@ from trundle.envs.window import Window
 
 __all__ = ["ActionError", "Push"]
 
-Observation = NDArray[np.float64]
+Array = NDArray[np.float64]
 Action = NDArray[np.float32]
 
 Names = str | PathLike[str] | Sequence[str | PathLike[str]]
@@ -33,7 +33,7 @@ class ActionError(TrundleError, InvalidAction):
     """An action outside the action space; both an `InvalidAction` of Gymnasium and a `TrundleError`."""
 
 
-class Push(gym.Env[Observation, Action]):
+class Push(gym.Env[Array, Action]):
     """Base class of pushing environments; instantiate a subclass.
 
     ## Action Space
@@ -66,6 +66,7 @@ class Push(gym.Env[Observation, Action]):
 
     ## Observation Space
     `Box(float64)`, world frame unless stated otherwise. A saturated instrument reads the bound.
+    `trundle.envs.Observation` gives names to the entries.
 
     | Num   | Observation                                             | Bound | Unit  | Noise (sd) |
     |-------|---------------------------------------------------------|-------|-------|------------|
@@ -183,7 +184,7 @@ class Push(gym.Env[Observation, Action]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[Array, dict[str, Any]]:
         """Begin an episode; see the class for the options."""
         super().reset(seed=seed)
         if seed is None and not self._native.seeded:
@@ -194,7 +195,7 @@ class Push(gym.Env[Observation, Action]):
         self._draw()
         return observation, {}
 
-    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Action) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Apply an action until the next one is due; see the class."""
         try:
             stepped = self._native.step(action)
@@ -250,12 +251,12 @@ class Push(gym.Env[Observation, Action]):
         """
         return require_episode(self._native.hidden())
 
-    def hidden_values(self) -> NDArray[np.float64]:
+    def hidden_values(self) -> Array:
         """Return the numbers that `Oracle` adds to observations, shape (10,); NaN before the first reset."""
         return self._native.hidden_values()
 
     @staticmethod
-    def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
+    def seen_obstacles(observation: Array) -> list[list[tuple[float, float]]]:
         """Return the obstacles in an observation as polygons, world frame, m."""
         return []
 
@@ -268,7 +269,7 @@ class Push(gym.Env[Observation, Action]):
         """Store the readings of sensor and tracker from the next reset on; for `trundle.Record`."""
         self._native.record()
 
-    def take_rows(self) -> dict[str, NDArray[np.float64]]:
+    def take_rows(self) -> dict[str, Array]:
         """Return the readings since the last call, by column of a recording."""
         return self._native.take_rows()
 

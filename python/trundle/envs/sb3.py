@@ -146,7 +146,7 @@ def _group_by_options(
 
 
 def _rows(infos: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """Return the infos of a batch as one dictionary for each environment; `_key` tells which have `key`."""
+    """Return the infos of a batch as one dictionary each; `_key` is the mask of those that have `key`."""
     rows: list[dict[str, Any]] = [{} for _ in range(count)]
     for key, column in infos.items():
         if key.startswith("_"):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from trundle.envs.push import Observation, Push
+from trundle.envs.observation import Observation
+from trundle.envs.push import Array, Push
 
 __all__ = ["LockedWheel", "PushAround", "PushDoor", "PushPath", "PushPose"]
 
@@ -89,10 +90,11 @@ class PushAround(Push):
     FIXED: ClassVar[dict[str, Any]] = {"task": "around"}
 
     @staticmethod
-    def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
+    def seen_obstacles(observation: Array) -> list[list[tuple[float, float]]]:
         """Return the box."""
-        x, y, cos, sin, a, b = observation[-6:]
-        return [_rectangle((x, y), (cos, sin), (-a, a), (-b, b))]
+        fields = Observation(observation)
+        a, b = fields.box_half_size
+        return [_rectangle(fields.box_position, fields.box_direction, (-a, a), (-b, b))]
 
 
 class PushDoor(Push):
@@ -115,11 +117,14 @@ class PushDoor(Push):
     FIXED: ClassVar[dict[str, Any]] = {"task": "door"}
 
     @staticmethod
-    def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
+    def seen_obstacles(observation: Array) -> list[list[tuple[float, float]]]:
         """Return the wall on both sides of the opening."""
-        x, y, cos, sin, width = observation[-5:]
-        sides = ((width / 2, WALL_HALF_LENGTH_M), (-WALL_HALF_LENGTH_M, -width / 2))
-        return [_rectangle((x, y), (cos, sin), (-0.05, 0.05), side) for side in sides]
+        fields = Observation(observation)
+        half = fields.door_width / 2
+        sides = ((half, WALL_HALF_LENGTH_M), (-WALL_HALF_LENGTH_M, -half))
+        return [
+            _rectangle(fields.door_position, fields.door_direction, (-0.05, 0.05), side) for side in sides
+        ]
 
 
 WALL_HALF_LENGTH_M = 5.0
@@ -128,7 +133,7 @@ WALL_HALF_LENGTH_M = 5.0
 Pair = tuple[float, float]
 
 
-def _rectangle(middle: Pair, way: Pair, along: Pair, across: Pair) -> list[Pair]:
+def _rectangle(middle: Array, way: Array, along: Pair, across: Pair) -> list[Pair]:
     """Return a rectangle in a frame at `middle` whose x axis is `way`."""
     (x, y), (cos, sin) = middle, way
     corners = [(along[0], across[0]), (along[1], across[0]), (along[1], across[1]), (along[0], across[1])]

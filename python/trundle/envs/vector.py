@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from trundle._native import Batch, NotFiniteError, Snapshot, TrundleError
 from trundle.envs import goal, tasks
 from trundle.envs.goal import GoalSpace
+from trundle.envs.observation import Observation
 from trundle.envs.push import FACING, REACH, ActionError, Push, reset_options
 from trundle.envs.view import draw, require_episode
 
@@ -130,10 +131,10 @@ class PushVec(VectorEnv[Any, Any, Any]):
         table = self._table
         terminated, truncated = self._ends(table[:, 1] != 0, table[:, 2] != 0)
         ended = terminated | truncated
-        begun = self._ended if self.autoreset_mode is AutoresetMode.NEXT_STEP else np.zeros_like(ended)
+        is_new = self._ended if self.autoreset_mode is AutoresetMode.NEXT_STEP else np.zeros_like(ended)
         self._ended = ended
-        infos = self._infos(ended, begun)
-        return self._observed(self._seen), self._rewards(ended, begun), terminated, truncated, infos
+        infos = self._infos(ended, is_new)
+        return self._observed(self._seen), self._rewards(ended, is_new), terminated, truncated, infos
 
     def snapshot(self, index: int) -> Snapshot:
         """Return the state of one environment, as `Push.snapshot` does."""
@@ -188,10 +189,10 @@ class PushVec(VectorEnv[Any, Any, Any]):
     def _ends(self, terminated: Flags, truncated: Flags) -> tuple[Flags, Flags]:
         return terminated, truncated
 
-    def _rewards(self, ended: Flags, begun: Flags) -> Array:
+    def _rewards(self, ended: Flags, is_new: Flags) -> Array:
         return self._table[:, 0].copy()
 
-    def _infos(self, ended: Flags, begun: Flags) -> dict[str, Any]:
+    def _infos(self, ended: Flags, is_new: Flags) -> dict[str, Any]:
         columns = {
             key: self._table[:, k] != 0 if key in BOOLEAN_INFOS else self._table[:, k]
             for k, key in enumerate(COLUMNS)
@@ -199,7 +200,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
         }
         same = self.autoreset_mode is AutoresetMode.SAME_STEP
         if not (same and ended.any()):
-            return _masked(columns, ~begun)
+            return _masked(columns, ~is_new)
         return {
             **_masked(columns, ~ended),
             "final_obs": self._observed(self._finals),
@@ -210,7 +211,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
 
 
 def _masked(columns: dict[str, Any], mask: Flags) -> dict[str, Any]:
-    """Return infos in Gymnasium's vector format: `_key` tells which environments have `key`."""
+    """Return infos in Gymnasium's vector format: `_key` is the mask of the environments that have `key`."""
     if not mask.any():
         return {}
     kept = {
@@ -236,12 +237,13 @@ class PushGoalVec(PushVec):
     def _ends(self, terminated: Flags, truncated: Flags) -> tuple[Flags, Flags]:
         return np.zeros_like(terminated), terminated | truncated
 
-    def _rewards(self, ended: Flags, begun: Flags) -> Array:
+    def _rewards(self, ended: Flags, is_new: Flags) -> Array:
         last = self._seen
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
             last = np.where(ended[:, None], self._finals, self._seen)
-        rewards = self._goals.reward(last[:, goal.ACHIEVED], last[:, goal.DESIRED])
-        rewards[begun] = 0.0
+        fields = Observation(last)
+        rewards = self._goals.reward(fields.pose_vector, fields.goal_vector)
+        rewards[is_new] = 0.0
         return rewards
 
 

@@ -17,23 +17,23 @@ __all__ = ["draw", "require_episode"]
 
 
 def draw(
-    seen: dict[str, Any], trail: Sequence[Point] = (), hidden: dict[str, Any] | None = None
+    state: dict[str, Any], trail: Sequence[Point] = (), hidden: dict[str, Any] | None = None
 ) -> NDArray[np.uint8]:
     """Draw the visible state of a native environment, and the wheels of a hidden model if given."""
     fixtures = tuple(
         Disc(tuple(part[0]), part[1]) if isinstance(part, tuple) else tuple(map(tuple, part))
-        for part in seen["fixtures"]
+        for part in state["fixtures"]
     )
     return picture(
         View(
-            object=tuple(seen["object"]),
-            shape=Shape(fixtures, tuple(map(tuple, seen["wheels"]))),
-            goal=tuple(seen["goal"]),
-            obstacles=tuple(tuple(map(tuple, polygon)) for polygon in seen["obstacles"]),
-            path=tuple(map(tuple, seen["path"])),
-            gripper=tuple(seen["gripper"]),
-            holds=seen["holds"],
-            wrench=tuple(seen["wrench"]),
+            object=tuple(state["object"]),
+            shape=Shape(fixtures, tuple(map(tuple, state["wheels"]))),
+            goal=tuple(state["goal"]),
+            obstacles=tuple(tuple(map(tuple, polygon)) for polygon in state["obstacles"]),
+            path=tuple(map(tuple, state["path"])),
+            gripper=tuple(state["gripper"]),
+            holds=state["holds"],
+            wrench=tuple(state["wrench"]),
             trail=tuple(trail),
             arena=Pushing.ARENA,
             revealed=_wheels(hidden or {}),

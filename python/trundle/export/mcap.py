@@ -5,13 +5,13 @@
 | `/object/pose` | `geometry_msgs/msg/PoseStamped` | object frame in `world`; m, unit quaternion |
 | `/gripper/pose` | `geometry_msgs/msg/PoseStamped` | sensor frame in `world` |
 | `/wrench` | `geometry_msgs/msg/WrenchStamped` | the reading as recorded; N, N·m |
-| `/object/heading`, `/gripper/heading` | `std_msgs/msg/Float64` | rad, as recorded, whole turns and all |
+| `/object/heading`, `/gripper/heading` | `std_msgs/msg/Float64` | rad, as recorded, including whole turns |
 | `/episode/time` | `std_msgs/msg/Float64` | `t` of every row, s |
 | `/episode/name` | `std_msgs/msg/String` | where an episode begins; latched |
 | `/episode/note` | `std_msgs/msg/String` | a row's `note_` columns as JSON |
 | `/trundle/recording` | `std_msgs/msg/String` | TOML: `recording.toml`, each episode's columns; latched |
 
-`frame_id` of a pose is `world`; of the wrench `gripper`, `object` or `world`, as `[wrench] frame` says.
+`frame_id` of a pose is `world`; of the wrench `gripper`, `object` or `world`, according to `[wrench] frame`.
 Header stamp and log time are equal. A cell without a sample has no message. An axis that was not measured,
 and the height of a level frame, is 0. Episodes follow each other with a gap of one second.
 """
@@ -58,7 +58,7 @@ Stamps = NDArray[np.int64]
 Table = dict[str, Any]
 
 FIRST_STAMP_NS = NS_PER_S
-"""First stamp, ns, because readers take a stamp of 0 for no time."""
+"""First stamp, ns. Readers interpret a stamp of 0 as a missing time."""
 EPISODE_GAP_NS = NS_PER_S
 MAX_STAMP_S = 2**31
 """Largest ROS stamp, s (a signed 32-bit integer)."""
@@ -119,15 +119,13 @@ def _assign_stamps(recording: Recording) -> list[tuple[Episode, Stamps]]:
     for name, table in recording.episodes.items():
         t = table["t"]
         if t[-1] - t[0] >= MAX_STAMP_S - begin / NS_PER_S:
-            trouble = f"lasts {t[-1] - t[0]:g} s, past the last ROS stamp at {MAX_STAMP_S} s; `t` is in s"
-            raise TrundleError(f"episode {name}: {trouble}")
+            message = f"lasts {t[-1] - t[0]:g} s, which exceeds the largest ROS stamp, {MAX_STAMP_S} s"
+            raise TrundleError(f"episode {name}: {message}")
         stamps = begin + np.rint((t - t[0]) * NS_PER_S).astype(np.int64)
         same = np.flatnonzero(np.diff(stamps) == 0) + 1
         if len(same):
-            trouble = (
-                f"{t[same[0]]} s is the same nanosecond as the row before, which no ROS stamp tells apart"
-            )
-            raise TrundleError(f"episode {name}, row {same[0] + 1}, column t: {trouble}; merge the two rows")
+            message = f"{t[same[0]]} s is in the same nanosecond as the row before, so their stamps are equal"
+            raise TrundleError(f"episode {name}, row {same[0] + 1}, column t: {message}; merge the two rows")
         placed.append((Episode(name, begin, list(table)), stamps))
         begin = int(stamps[-1]) + EPISODE_GAP_NS
     return placed

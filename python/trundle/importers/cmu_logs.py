@@ -31,7 +31,7 @@ contact best (0.25 mm RMS). The tip touched two sides only. The leg length is th
 includes the radius of the tip, so the position is uncertain by a few millimetres."""
 FOOTPRINT_NOTE = (
     "the transform from the tracker's body to the triangle was not published: the footprint is inferred from "
-    "where the tip touched, its third side and the mass centre follow from the shape: trust them to a few mm"
+    "the tip positions in contact; third side and mass centre follow from the shape, accurate to a few mm"
 )
 POINT_CONTACT_END_S = {"exp3_1": 35.0}
 """End of the point contact by log, s: later the flat tip is up to 2 cm past the end of the side, and a
@@ -59,7 +59,7 @@ def read(
     later = [log for log in found if log not in EARLIER_SESSION]
     logs = sorted(chosen) if chosen is not None else later or found
     remarks = [
-        f"{log}: left out, another load or floor; a map with `logs` takes it"
+        f"{log}: omitted, another load or floor; list it in `logs` of a map"
         for log in found
         if chosen is None and log not in logs
     ]
@@ -78,7 +78,7 @@ def read(
         "split": {"held_out": logs[held_out_every - 1 :: held_out_every]},
         "notes": {
             "origin": "github.com/robinzhoucmu/MLab_EXP, Zhou, Paolini, Bagnell and Mason, ICRA 2016",
-            "motion": "quasi-static: the pushes do not hold the mass",
+            "motion": "quasi-static: the mass is not identifiable",
             "footprint": FOOTPRINT_NOTE,
             "split": f"one log of every {held_out_every} is held out",
         },
@@ -93,12 +93,12 @@ def _episode(source: Path, log: str) -> tuple[Columns, list[float], list[str]]:
     tip_t, tip = _records(source / f"{log}_robot.txt", 7)
     start = min(force_t[0], pose_t[0], tip_t[0])
     seen = np.hypot(*(pose[:, :2] - LOST_POSE_MM).T) > 0.01
-    remarks = [f"{np.sum(~seen)} poses of a lost tracker left out"] if not np.all(seen) else []
+    remarks = [f"{np.sum(~seen)} poses of a lost tracker omitted"] if not np.all(seen) else []
     planar = np.column_stack([pose[:, :2] * MILLIMETRE, heading(product(pose[:, 3:], BODY_Y_UP))])[seen]
     tool = np.column_stack([tip[:, :2] * MILLIMETRE, heading(tip[:, 3:])])
     end = POINT_CONTACT_END_S.get(log, np.inf)
     if np.isfinite(end):
-        remarks.append(f"cut at {end} s: a corner of the object rides on the tip's face from then on")
+        remarks.append(f"cut at {end} s: afterwards a corner of the object slides on the face of the tip")
     streams = []
     for names, t, values in (
         (["object_x", "object_y", "object_theta"], pose_t[seen], planar),
@@ -118,7 +118,7 @@ def _records(path: Path, width: int) -> tuple[Floats, Floats]:
     """Return times (n,) and values (n, width) of a file with two lines per record."""
     if not path.is_file():
         raise SourceError(
-            path, "no such file; a log is three of them, NAME_force.txt, NAME_pos.txt, NAME_robot.txt"
+            path, "no such file; a log consists of NAME_force.txt, NAME_pos.txt, NAME_robot.txt"
         )
     lines = path.read_text(encoding="ascii", errors="replace").splitlines()
     if len(lines) % 2:

@@ -58,8 +58,8 @@ def read(source: Path, name: str | None, held_out_every: int, say: ShowProgress)
         "notes": {
             "origin": "github.com/robinzhoucmu/MLab_EXP, Zhou, Paolini, Bagnell and Mason, ICRA 2016",
             "split": f"every {held_out_every}th push is held out",
-            "motion": "quasi-static, 2.5 mm/s: the mass is weighed, the pushes do not hold it",
-            "noise": "pose: a push's last pose against the next one's first; force: before contact",
+            "motion": "quasi-static, 2.5 mm/s: the mass was weighed and is not identifiable",
+            "noise": "pose: last pose of a push minus first pose of the next; force: readings before contact",
         },
     }
     if len(pushes) > 1:
@@ -67,8 +67,8 @@ def read(source: Path, name: str | None, held_out_every: int, say: ShowProgress)
     stale = sum(push.stale for push in pushes.values())
     early = sum(push.free < MAX_TARE_DURATION_S for push in pushes.values())
     remarks = [
-        f"{stale} repeated tip positions left out",
-        f"{early} pushes touch within {MAX_TARE_DURATION_S} s: shorter tare",
+        f"{stale} repeated tip positions omitted",
+        f"{early} pushes begin contact within {MAX_TARE_DURATION_S} s: their tare is shorter",
     ]
     return Imported(metadata, {episode: push.table for episode, push in pushes.items()}, remarks)
 

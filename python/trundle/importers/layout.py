@@ -22,8 +22,8 @@ ShowProgress = Callable[[str], None]
 class SourceError(ValueError):
     """A source that cannot be imported; the message names the file, the position in it and the remedy."""
 
-    def __init__(self, source: Path | str, trouble: str) -> None:
-        super().__init__(f"{source}: {trouble}")
+    def __init__(self, source: Path | str, message: str) -> None:
+        super().__init__(f"{source}: {message}")
 
 
 @dataclass

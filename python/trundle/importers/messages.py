@@ -113,8 +113,8 @@ class Samples:
         if not self.values and self.frames:
             raise SourceError(
                 bag,
-                f"{self.topic} never has the frame {self.frame!r} for {role}; "
-                f"it has {', '.join(sorted(self.frames))}",
+                f"no message on {self.topic} has the frame {self.frame!r} for {role}; "
+                f"the frames are {', '.join(sorted(self.frames))}",
             )
         if not self.values:
             raise SourceError(bag, f"{self.topic} for {role} has no messages")
@@ -124,7 +124,7 @@ class Samples:
     def stream(self, role: str, origin: int) -> tuple[Stream, int]:
         """Return the samples with times in s since `origin` (ns), and the number of dropped poses.
 
-        Dropped poses have a quaternion of zeros, by which a tracker reports that it has lost the object.
+        Dropped poses have a quaternion of zeros: a tracker reports in this way that it has lost the object.
         """
         t = np.asarray((np.array(self.nanoseconds, dtype=np.int64) - origin) * 1e-9, dtype=np.float64)
         values = np.array(self.values, dtype=np.float64)

@@ -46,7 +46,7 @@ class SealMap:
     held_out : int
         Number of stroke pairs at the end of each file that are held out.
     files : list of str
-        Names of the files that a folder's recording holds, without `.csv`: one seal at several pressures.
+        Names of the files of a folder to read, without `.csv`: one seal at several pressures.
     bore : float
         Bore of the cylinder in m, for seals other than `O-ring` and `X-ring257`.
     """
@@ -247,10 +247,10 @@ def _metadata(
             "origin": "github.com/EvaZillen/3D-printed-pneumatic-actuator, "
             "results_pneumatic-actuator/data/friction; thesis, Delft University of Technology",
             "licence": "CC0 1.0",
-            "force": "load cell less pressure times bore area: what overcomes the seal's friction",
+            "force": "load cell minus pressure times bore area: the force that overcomes friction",
             "bore_m": bore,
             "note_pressure": "gauge pressure, Pa",
-            "motion": "imposed and slow: inertia plays no part, so that open-loop positions mean nothing",
+            "motion": "imposed and slow: inertia is negligible, so open-loop positions are not meaningful",
             "episodes": "pairs of strokes, forth and back",
             "files": [path.name for path in files],
         },

@@ -24,14 +24,14 @@ MAX_LEAN_RAD = np.radians(20.0)
 
 @dataclass(frozen=True)
 class Offset:
-    """Constant pose of the wanted frame in the tracked frame.
+    """Constant pose of the frame to record, relative to the tracked frame.
 
     Attributes
     ----------
     translation : 3 floats
         In axes of the tracked frame, m.
     quaternion_wxyz : 4 floats
-        Rotation tracked-from-wanted.
+        Rotation from the frame to record to the tracked frame.
     rpy_deg : 3 floats
         The same rotation as roll, pitch, yaw in degrees, about fixed x, then y, then z. Give one of the two.
     """
@@ -100,8 +100,8 @@ class Poses:
         wrong = np.flatnonzero(np.abs(norm - 1.0) > 1e-3)
         if len(wrong):
             at, length = t[wrong[0]], norm[wrong[0]]
-            trouble = f"the quaternion of {role} at {at:.6f} s has the length {length:.4g}; it must be 1"
-            raise SourceError(source, f"{trouble} (are its columns in the order w, x, y, z?)")
+            message = f"the quaternion of {role} at {at:.6f} s has the length {length:.4g}; it must be 1"
+            raise SourceError(source, f"{message} (are its columns in the order w, x, y, z?)")
         return cls(t, position, quaternion / norm[:, None])
 
     def turned(self, rotation: Floats) -> Poses:

@@ -136,7 +136,7 @@ def _read_take(bag: Path, source_map: BagMap, say: ShowProgress) -> Take:
         raw, lost = each.stream(role, origin)
         streams[role], new_remarks = clean_stream(raw, topics[role].topic, source_map.keep_repeats)
         remarks += (
-            [f"{topics[role].topic}: {lost} poses of a lost tracker left out"] if lost else []
+            [f"{topics[role].topic}: {lost} poses of a lost tracker omitted"] if lost else []
         ) + new_remarks
     bodies: dict[str, Poses] = {
         role: samples[role].poses(role, streams[role]) for role in ("object", "gripper") if role in streams

@@ -150,7 +150,7 @@ def clean_stream(stream: Stream, label: str, keep_repeats: bool) -> tuple[Stream
         "with a repeated time stamp": same,
         "repeated": stale,
     }
-    new_remarks = [f"{label}: {count} samples {what} left out" for what, count in counts.items() if count]
+    new_remarks = [f"{label}: {count} samples {what} omitted" for what, count in counts.items() if count]
     return ordered, new_remarks
 
 
@@ -213,7 +213,7 @@ def _cut_episode(take: Take, episode: EpisodeMap) -> Columns:
             last = max(float(each.t[-1]) for each in take.streams if len(each.t)) - first
             raise SourceError(
                 take.source,
-                f"episode {episode.name!r} ({episode.start} to {min(episode.end, last):.3f} s) holds no "
+                f"episode {episode.name!r} ({episode.start} to {min(episode.end, last):.3f} s) contains no "
                 f"sample of {stream.names[0].split('_')[0]}; the take lasts {last:.3f} s",
             )
         pieces.append(piece)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import trundle
+from trundle.envs import Observation
 from trundle.experiments.comparison.config import Worlds
 from trundle.experiments.comparison.world import draw_effects, make_world
 
@@ -22,10 +23,10 @@ def unseen(effect: list[dict[str, Any]]) -> Worlds:
     return Worlds("Unseen", "trundle/PushAround-v0", 0, 1, [], options, effect)
 
 
-def hidden(worlds: Worlds, seed: int, **options: Any) -> tuple[Mapping[str, Any], np.ndarray[Any, Any]]:
+def hidden(worlds: Worlds, seed: int, **options: Any) -> tuple[Mapping[str, Any], Observation]:
     env, observation = make_world(worlds, seed, options)
     source: Any = env.unwrapped
-    return source.hidden_model(), observation
+    return source.hidden_model(), Observation(observation)
 
 
 def test_an_effect_is_added_to_the_world_of_the_seed() -> None:
@@ -37,15 +38,15 @@ def test_an_effect_is_added_to_the_world_of_the_seed() -> None:
         added = more["effect"][-1]
         assert [added["x"], added["y"]] in plain["body"]["support"]
         assert 10 <= added["force"] <= 30
-        np.testing.assert_array_equal(before[7:11], after[7:11])  # the goal
-        np.testing.assert_array_equal(before[-8:], after[-8:])  # sizes and obstacle
+        for field in ("goal_pose", "half_size", "box_position", "box_direction", "box_half_size"):
+            np.testing.assert_array_equal(getattr(before, field), getattr(after, field))
 
 
 def test_the_world_does_not_depend_on_the_actions() -> None:
     by_wrench, first = hidden(unseen([FRICTION]), 3)
     by_velocity, second = hidden(unseen([FRICTION]), 3, action="velocity")
     assert by_wrench == by_velocity
-    np.testing.assert_array_equal(first[7:11], second[7:11])
+    np.testing.assert_array_equal(first.goal_pose, second.goal_pose)
 
 
 def test_values_are_fixed_ranges_or_choices() -> None:

@@ -11,6 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 import trundle
+from trundle.envs.observation import Observation
 from trundle.experiments.results import rounded
 
 if sys.version_info >= (3, 11):
@@ -97,13 +98,12 @@ def play(
 
 def observation_row(observation: Any) -> Row:
     """Return pose, goal, wrench and grasp of an observation (see `trundle.envs.Push`); m, rad, N, N m."""
-    x, y, cos, sin = observation[:4]
-    goal_x, goal_y, goal_cos, goal_sin = observation[7:11]
+    fields = Observation(np.asarray(observation))
     return {
-        "pose": [x, y, np.arctan2(sin, cos)],
-        "goal": [goal_x, goal_y, np.arctan2(goal_sin, goal_cos)],
-        "wrench": list(observation[11:14]),
-        "grasp": list(observation[14:16]),
+        "pose": list(fields.pose),
+        "goal": list(fields.goal_pose),
+        "wrench": list(fields.wrench),
+        "grasp": list(fields.grasp),
     }
 
 

@@ -2,33 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
+
+from trundle.envs.observation import Observation
 
 __all__ = ["TASKS", "entry_count", "to_frame", "to_object_frame"]
 
 Array = NDArray[np.float64]
 
-GOAL_INDEX, HEADING_INDEX = 7, 9
-"""Indices of the goal's position and heading in an observation, two entries each."""
 CLOSE_SCALE = 0.1
 """Offset (m or rad) at which a saturated goal entry is half of its limit."""
 CLOSE_ENTRIES = 3
 """Number of saturated goal entries."""
-TASKS: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
-    "trundle/PushPose-v0": ((), ()),
-    "trundle/LockedWheel-v0": ((), ()),
-    "trundle/PushPath-v0": ((-4, -2), ()),
-    "trundle/PushAround-v0": ((-6,), (-4,)),
-    "trundle/PushDoor-v0": ((-5,), (-3,)),
+TASKS: dict[str, Callable[[Observation], tuple[Sequence[Array], Sequence[Array]]]] = {
+    "trundle/PushPose-v0": lambda fields: ([], []),
+    "trundle/LockedWheel-v0": lambda fields: ([], []),
+    "trundle/PushPath-v0": lambda fields: (list(np.moveaxis(fields.path_points, -2, 0)), []),
+    "trundle/PushAround-v0": lambda fields: ([fields.box_position], [fields.box_direction]),
+    "trundle/PushDoor-v0": lambda fields: ([fields.door_position], [fields.door_direction]),
 }
-"""Indices of the task's own positions and directions, counted from the end of an observation."""
+"""The task's own positions and directions in a batch of observations, as views of shape (n, 2)."""
 
 
 def to_frame(observations: Array, task: str, frame: str) -> NDArray[np.float32]:
     """Return observations of shape (n, entries) in a frame, float32."""
-    told = to_object_frame(observations, task) if frame == "object" else observations
-    return np.asarray(told, dtype=np.float32)
+    converted = to_object_frame(observations, task) if frame == "object" else observations
+    return np.asarray(converted, dtype=np.float32)
 
 
 def entry_count(entries: int, frame: str) -> int:
@@ -51,21 +53,20 @@ def to_object_frame(observations: Array, task: str) -> Array:
     task : str
         The environment's id.
     """
-    told = observations.copy()
-    place, cos, sin = observations[:, 0:2], observations[:, 2], observations[:, 3]
-    points, directions = TASKS[task]
+    origin = Observation(observations).position
+    cos, sin = Observation(observations).direction.T
+    fields = Observation(observations.copy())  # the fields are views: the assignments below change its vector
+    points, directions = TASKS[task](fields)
 
-    def turned(vectors: Array) -> Array:
-        x, y = vectors[:, 0], vectors[:, 1]
+    def rotated(vectors: Array) -> Array:
+        x, y = vectors.T
         return np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
 
-    told[:, 0:2] = turned(-place)
-    told[:, 4:6] = turned(observations[:, 4:6])
-    for k in (GOAL_INDEX, *(observations.shape[1] + point for point in points)):
-        told[:, k : k + 2] = turned(observations[:, k : k + 2] - place)
-    for k in (HEADING_INDEX, *(observations.shape[1] + way for way in directions)):
-        told[:, k : k + 2] = turned(observations[:, k : k + 2])
-    goal = told[:, GOAL_INDEX : GOAL_INDEX + 2]
-    turn = np.arctan2(told[:, HEADING_INDEX + 1], told[:, HEADING_INDEX])[:, None]
+    fields.position[:] = rotated(-origin)
+    for point in (fields.goal_position, *points):
+        point[:] = rotated(point - origin)
+    for vector in (fields.velocity, fields.goal_direction, *directions):
+        vector[:] = rotated(vector)
+    goal, turn = fields.goal_position, fields.goal_heading[:, None]
     near = goal / (np.hypot(goal[:, :1], goal[:, 1:]) + CLOSE_SCALE)
-    return np.concatenate([told, near, turn / (np.abs(turn) + CLOSE_SCALE)], axis=1)
+    return np.concatenate([fields.vector, near, turn / (np.abs(turn) + CLOSE_SCALE)], axis=1)
