@@ -39,11 +39,11 @@ pub(crate) type Residuals = Vec<Vec<Residual>>;
 /// Results of the scans: the mismatch for the answer, and starts for the search. Lists are ranked, best first,
 /// and empty if nothing is significant.
 #[derive(Clone, Debug, Default)]
-#[allow(dead_code)] // some fields serve the tests only
 pub(crate) struct Located {
     /// Time windows in order. Each has a strength that one of a hundred clean recordings reaches.
     pub windows: Vec<Window>,
     /// Body points through which the missing force passes.
+    #[cfg_attr(not(test), expect(dead_code, reason = "an intermediate result that tests check"))]
     pub body_points: Vec<RankedPlace>,
     /// The best of them, if it is identifiable.
     pub body_point: Option<RankedPlace>,
@@ -52,12 +52,14 @@ pub(crate) struct Located {
     /// Regions of the floor with drag.
     pub regions: Vec<Region>,
     /// Times from which the damping or the mass differs.
+    #[cfg_attr(not(test), expect(dead_code, reason = "an intermediate result that tests check"))]
     pub change_points: Vec<ChangePoint>,
     /// Motion regime of the misfit, in words.
     pub regime: Option<String>,
     /// χ² that any missing wrench explains.
     pub total: f64,
     /// Strength of the strongest window, reported or not.
+    #[cfg_attr(not(test), expect(dead_code, reason = "an intermediate result that tests check"))]
     pub max_strength: f64,
 }
 
