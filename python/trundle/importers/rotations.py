@@ -1,51 +1,51 @@
-"""Unit quaternions (w, x, y, z) as rows of an array, and their heading and tilt."""
+"""Unit quaternions (w, x, y, z) as rows of an array, and their heading and tilt; scipy does the algebra."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trundle.importers.layout import Floats
 
-__all__ = ["conjugate", "heading", "product", "rotate", "tilt"]
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["from_axes", "from_heading", "from_rpy", "heading", "product", "rotate", "tilt"]
+
+
+def rotation(q: Floats) -> Rotation:
+    """Return quaternions (4,) or (n, 4) as rotations."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(np.roll(q, -1, axis=-1))
+
+
+def quaternions(rotations: Rotation) -> Floats:
+    """Return rotations as quaternions, (4,) or (n, 4)."""
+    return np.asarray(np.roll(rotations.as_quat(), 1, axis=-1), dtype=np.float64)
 
 
 def product(a: Floats, b: Floats) -> Floats:
-    """Return the product a⊗b, that is rotation b followed by a; (..., 4) each."""
-    aw, ax, ay, az = np.moveaxis(a, -1, 0)
-    bw, bx, by, bz = np.moveaxis(b, -1, 0)
-    return np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=-1,
-    )
-
-
-def conjugate(q: Floats) -> Floats:
-    """Return the inverse rotation of (..., 4) unit quaternions."""
-    return np.asarray(q * np.array([1.0, -1.0, -1.0, -1.0]), dtype=np.float64)
+    """Return the product a⊗b, that is rotation b followed by a; (4,) or (n, 4) each."""
+    return quaternions(rotation(a) * rotation(b))
 
 
 def rotate(q: Floats, v: Floats) -> Floats:
-    """Rotate vectors v (..., 3) by q (..., 4)."""
-    w, u = q[..., :1], q[..., 1:]
-    first = np.cross(u, v)
-    return np.asarray(v + 2.0 * (w * first + np.cross(u, first)), dtype=np.float64)
+    """Rotate vectors v (3,) or (n, 3) by q (4,) or (n, 4)."""
+    return np.asarray(rotation(q).apply(v), dtype=np.float64)
 
 
 def heading(q: Floats) -> Floats:
     """Return the angle about world z, rad in (-pi, pi], of approximately upright frames; (n,)."""
-    w, x, y, z = np.moveaxis(q, -1, 0)
-    return np.asarray(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)), dtype=np.float64)
+    ahead = rotate(q, np.array([1.0, 0.0, 0.0]))
+    return np.asarray(np.arctan2(ahead[..., 1], ahead[..., 0]), dtype=np.float64)
 
 
 def tilt(q: Floats) -> Floats:
     """Return the angle between the z axes of frame and world, rad in [0, pi]; (n,)."""
-    _, x, y, _ = np.moveaxis(q, -1, 0)
-    return np.asarray(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)), dtype=np.float64)
+    up = rotate(q, np.array([0.0, 0.0, 1.0]))
+    return np.asarray(np.arccos(np.clip(up[..., 2], -1.0, 1.0)), dtype=np.float64)
 
 
 def from_heading(theta: Floats) -> Floats:
@@ -56,15 +56,13 @@ def from_heading(theta: Floats) -> Floats:
 
 def from_rpy(rpy: Floats) -> Floats:
     """Return the rotation by roll, pitch, yaw (3,), rad, about fixed x, then y, then z; (4,)."""
-    roll, pitch, yaw = (
-        np.append(np.cos(a / 2.0), np.sin(a / 2.0) * axis) for a, axis in zip(rpy, np.eye(3), strict=True)
-    )
-    return product(yaw, product(pitch, roll))
+    from scipy.spatial.transform import Rotation
+
+    return quaternions(Rotation.from_euler("xyz", rpy))
 
 
 def from_axes(x: Floats, y: Floats) -> Floats:
     """Return the rotation that maps the orthonormal vectors x and y (3,) to the axes x and y; (4,)."""
     from scipy.spatial.transform import Rotation
 
-    xyzw = Rotation.from_matrix(np.vstack([x, y, np.cross(x, y)])).as_quat()
-    return np.asarray(np.roll(xyzw, 1), dtype=np.float64)
+    return quaternions(Rotation.from_matrix(np.vstack([x, y, np.cross(x, y)])))
