@@ -7,7 +7,7 @@ use trundle_sim::task::constants::MAX_ACTION_WIDTH;
 
 use crate::error::refused;
 
-/// So many numbers in [-1, 1]; what is beyond them is 0.
+/// An action: the given number of entries in [-1, 1]. Unused entries are 0.
 pub(crate) fn numbers(action: &Bound<'_, PyAny>, width: usize) -> PyResult<[f64; MAX_ACTION_WIDTH]> {
     let read = if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f32>>() {
         padded(width, array.as_array().iter().map(|v| f64::from(*v)))
@@ -32,7 +32,7 @@ fn float64<'py>(action: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f6
     let py = action.py();
     let array = py.import("numpy")?.getattr("asarray")?.call1((action, "float64"));
     let array = array.map_err(|e| refused(format!("an action is numbers in [-1, 1]: {e}")))?;
-    // Another number of dimensions makes a row that is too short, which the caller refuses.
+    // Another number of dimensions gives a row that is too short, which the caller rejects.
     Ok(array.extract().unwrap_or_else(|_| PyArray1::zeros(py, 0, false).readonly()))
 }
 

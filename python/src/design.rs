@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use trundle_diagnose::design::{DesignedExperiment, Limits, PushedObject, design_experiment};
 use trundle_infer::Stage;
@@ -10,6 +9,8 @@ use trundle_model::{Body, Model};
 use trundle_record::{Noise, prepare};
 
 use crate::error::{refused, run};
+use crate::model::PyModel;
+use crate::plain::plain;
 use crate::record::recording_of;
 use crate::watch::watched;
 
@@ -22,7 +23,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 }
 
 /// Design pushes that discriminate between two models, given as the contents of their files; see `trundle.design`. Returns
-/// the experiment as JSON and the contents of both model files with their values.
+/// the experiment as a dict, and both models with their values.
 #[pyfunction]
 #[pyo3(signature = (first, second, *, recording=None, body=None, noise, limits, count=1, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
@@ -36,7 +37,7 @@ fn _design(
     limits: BTreeMap<String, f64>,
     count: usize,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(String, String, String)> {
+) -> PyResult<(Py<PyAny>, PyModel, PyModel)> {
     let models = [Model::from_toml(first).map_err(refused)?, Model::from_toml(second).map_err(refused)?];
     let data = match recording {
         Some(recording) => {
@@ -53,10 +54,8 @@ fn _design(
     let DesignedExperiment { experiment, models } = watched(py, progress, &STAGES, |watch| {
         design_experiment([&models[0], &models[1]], &object, limits, count, watch)
     })?;
-    let answer =
-        serde_json::to_string(&experiment).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-    let [first, second] = models.map(|model| model.to_toml(None).map_err(refused));
-    Ok((answer, first?, second?))
+    let [first, second] = models.map(|model| PyModel { model, posterior: None });
+    Ok((plain(py, &experiment)?.unbind(), first, second))
 }
 
 /// The body of the object; `None` if that of the first model applies.

@@ -16,7 +16,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(smooth, module)?)
 }
 
-/// Figures of a recording: what `trundle info` prints.
+/// Summary of a recording, as printed by `trundle info`.
 ///
 /// Parameters
 /// ----------
@@ -27,7 +27,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// -------
 /// dict
 ///     ``name``, ``noise``, ``mass``, ``mass_given`` and ``episodes``, a list of dicts: spans and contact in s,
-///     rates in Hz, gaps, counts of what was masked, ranges of the tared wrench in N and N m, travel in m and rad.
+///     rates in Hz, gaps, numbers of masked samples, ranges of the tared wrench in N and N m, travel in m and rad.
 #[pyfunction]
 fn inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let (py, recording) = (recording.py(), recording_of(recording)?);
@@ -35,7 +35,7 @@ fn inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     plain(py, &info)
 }
 
-/// Look for what is wrong with a recording before any physics: what `trundle check` prints.
+/// Check a recording for mistakes, without any model, as printed by `trundle check`.
 ///
 /// Parameters
 /// ----------
@@ -45,8 +45,8 @@ fn inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
 /// Returns
 /// -------
 /// list of dict
-///     Findings, the gravest first: ``kind``, ``severity`` ("error", "warning" or "note"), ``sentence``,
-///     ``remedy`` and ``episode`` (None where it concerns the whole recording).
+///     Findings, most severe first: ``kind``, ``severity`` ("error", "warning" or "note"), ``sentence``,
+///     ``remedy`` and ``episode`` (None if it concerns the whole recording).
 #[pyfunction]
 fn check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let (py, recording) = (recording.py(), recording_of(recording)?);
@@ -54,18 +54,18 @@ fn check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     plain(py, &findings)
 }
 
-/// Tare, mask and transform a recording: what an estimator sees of it.
+/// Tare, mask and transform a recording, as for an estimation.
 ///
 /// Parameters
 /// ----------
 /// recording : Recording or path-like
 ///     The recording, or its folder.
 /// tare : {"separated", "equation_12"}
-///     How a raw reading is tared: offset and weight apart, or by the paper's equation 12, which turns the whole
-///     first reading with the gripper and is right where the offset is zero.
+///     How a raw reading is tared: offset and weight separately, or by the paper's equation 12, which rotates the
+///     whole first reading with the gripper and is exact if the offset is zero.
 /// wrench_pose : {"own_time", "latest"}
-///     The pose that brings each wrench to the object: the smoothed one at the wrench's own time, or the latest
-///     recorded one (equation 13 of the paper).
+///     The pose that transforms each wrench to the object: the smoothed pose at the time of the wrench, or the
+///     latest recorded pose (equation 13 of the paper).
 ///
 /// Returns
 /// -------

@@ -18,30 +18,30 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(read, module)?)
 }
 
-/// A recording: what its columns mean, and its episodes.
+/// A recording: metadata and episodes.
 ///
-/// It is checked when it is made, and cannot be changed afterwards: make another one.
+/// A recording is validated when it is created, and is immutable.
 ///
 /// Parameters
 /// ----------
 /// metadata : Mapping
-///     What ``recording.toml`` holds.
+///     Content of ``recording.toml``.
 /// episodes : Mapping of str to Mapping of str to array_like, or to pandas.DataFrame
-///     By episode name, then by column name: one-dimensional float64 in SI units, NaN where a cell is
-///     empty. Columns whose name begins with ``note_`` hold text.
+///     Columns by episode name and column name: one-dimensional float64 in SI units, NaN for an empty cell.
+///     Columns whose names begin with ``note_`` contain text.
 ///
 /// Raises
 /// ------
 /// TrundleError
-///     If anything is wrong; the message says where and what to do.
+///     If the recording is invalid. The message names the place and the remedy.
 #[pyclass(name = "Recording", module = "trundle", frozen)]
 pub(crate) struct PyRecording {
     inner: Arc<Recording>,
-    /// Arrays are made when they are first asked for.
+    /// Arrays, created on first access.
     episodes: PyOnceLock<Py<PyDict>>,
 }
 
-/// The class, and the arguments that make the same recording.
+/// The class, and the arguments that create an equal recording.
 type Reduced<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, Bound<'py, PyDict>));
 
 impl PyRecording {
@@ -50,7 +50,7 @@ impl PyRecording {
     }
 }
 
-/// What functions take that accept a recording or the path of one.
+/// A recording, or the path of one.
 pub(crate) fn recording_of(argument: &Bound<'_, PyAny>) -> PyResult<Arc<Recording>> {
     if let Ok(recording) = argument.cast::<PyRecording>() {
         return Ok(recording.get().inner.clone());
@@ -64,12 +64,12 @@ pub(crate) fn metadata_of(mapping: &Bound<'_, PyAny>) -> PyResult<Metadata> {
     Metadata::from_table(toml_dict::from_dict(mapping, "metadata")?).map_err(refused)
 }
 
-/// Read a recording, and check everything about it.
+/// Read and validate a recording.
 ///
 /// Parameters
 /// ----------
 /// path : str or os.PathLike
-///     The folder that holds ``recording.toml`` and one ``NAME.csv`` or ``NAME.parquet`` per episode.
+///     Folder with ``recording.toml`` and one ``NAME.csv`` or ``NAME.parquet`` per episode.
 ///
 /// Returns
 /// -------
@@ -78,19 +78,19 @@ pub(crate) fn metadata_of(mapping: &Bound<'_, PyAny>) -> PyResult<Metadata> {
 /// Raises
 /// ------
 /// TrundleError
-///     If anything is wrong; the message names file, row, column, value and remedy.
+///     If the recording is invalid. The message names file, row, column, value and remedy.
 #[pyfunction]
 fn read(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
     run(py, || Recording::read(&path)).map(PyRecording::wrap)
 }
 
-/// Put a folder in the place of another, in one step; the earlier one is then where the new one was.
+/// Exchange two folders atomically.
 #[pyfunction]
 fn _replace_folder(new: PathBuf, path: PathBuf) -> PyResult<()> {
     Ok(trundle_record::replace_folder(&new, &path)?)
 }
 
-/// Bring back the folder that a killed process was about to replace.
+/// Restore the folder that a killed process was about to replace.
 #[pyfunction]
 fn _recover_folder(path: PathBuf) -> PyResult<()> {
     Ok(trundle_record::recover_folder(&path)?)
@@ -109,22 +109,21 @@ impl PyRecording {
         run(episodes.py(), || Recording::new(metadata, tables)).map(Self::wrap)
     }
 
-    /// The recording's name.
+    /// Name of the recording.
     #[getter]
     fn name(&self) -> &str {
         &self.inner.metadata.name
     }
 
-    /// What ``recording.toml`` holds, as a new dict.
+    /// Content of ``recording.toml`` as a new dict.
     #[getter]
     fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         toml_dict::to_dict(py, &self.inner.metadata.to_table().map_err(refused)?)
     }
 
-    /// Episodes in the order in which they happened: by name, then by column.
+    /// Columns by episode name and column name. Episodes are in chronological order.
     ///
-    /// Columns are read-only float64 arrays, NaN where a cell is empty; ``note_`` columns are lists of
-    /// strings.
+    /// Columns are read-only float64 arrays, NaN for an empty cell; ``note_`` columns are lists of strings.
     #[getter]
     fn episodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let whole = self.episodes.get_or_try_init(py, || {
@@ -141,7 +140,7 @@ impl PyRecording {
         Ok(fresh)
     }
 
-    /// One episode as a data frame, one column each.
+    /// One episode as a data frame.
     ///
     /// Parameters
     /// ----------
@@ -151,7 +150,7 @@ impl PyRecording {
     /// Returns
     /// -------
     /// pandas.DataFrame
-    ///     ``t`` first; a copy, free to be changed.
+    ///     A copy of the columns, ``t`` first.
     ///
     /// Raises
     /// ------
@@ -169,14 +168,14 @@ impl PyRecording {
         py.import("pandas")?.call_method1("DataFrame", (episode,))
     }
 
-    /// Write the recording as a folder, which appears whole or not at all.
+    /// Write the recording as a folder, atomically.
     ///
     /// Parameters
     /// ----------
     /// path : str or os.PathLike
-    ///     The folder. An earlier recording there is replaced; anything else is left alone and refused.
+    ///     The folder. An earlier recording there is replaced; other content is an error.
     /// table : {"csv", "parquet"}
-    ///     What the episodes' tables are.
+    ///     Format of the tables.
     ///
     /// Raises
     /// ------

@@ -17,19 +17,19 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Parameters
 /// ----------
 /// scenario : str or os.PathLike
-///     A scenario file, as those in ``configs/experiments``.
+///     A scenario file, such as those in ``configs/experiments``.
 /// seed : int
-///     Seed of everything random.
+///     Seed of all random numbers.
 ///
 /// Returns
 /// -------
 /// Recording
-///     The same for the same scenario and seed.
+///     The recording. The same scenario and seed give the same recording.
 ///
 /// Raises
 /// ------
 /// TrundleError
-///     If the scenario is not sound; the message names file, key, value and remedy.
+///     If the scenario is invalid. The message names file, key, value and remedy.
 #[pyfunction]
 #[pyo3(signature = (scenario, seed = 0))]
 fn simulate(py: Python<'_>, scenario: PathBuf, seed: u64) -> PyResult<PyRecording> {

@@ -1,4 +1,4 @@
-"""The compiled half of the package: types and signatures; the docstrings are in the module itself."""
+"""Types and signatures of the compiled bindings. The docstrings are in the module itself."""
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
@@ -263,14 +263,14 @@ def _design(
     limits: Mapping[str, float],
     count: int = 1,
     progress: Callable[[str, float], object] | None = None,
-) -> tuple[str, str, str]: ...
+) -> tuple[dict[str, Any], Model, Model]: ...
 def simulate(scenario: str | PathLike[str], seed: int = 0) -> Recording: ...
 
 _Pose = tuple[float, float, float]
 
 @final
 class Snapshot:
-    """The state of an episode, random numbers and clock included; it can be pickled."""
+    """State of an episode, including random numbers and clock. It can be pickled."""
 
     def __new__(cls, options: str, state: bytes) -> Snapshot: ...
     def __getnewargs__(self) -> tuple[str, bytes]: ...

@@ -222,7 +222,7 @@ def design(
         "distance": distance,
     }
     texts = [model_text(model) or "" for model in (model_a, model_b)]
-    answer, *fitted = _native._design(
+    answer, first, second = _native._design(
         *texts,
         recording=None if recording is None else native_recording(recording),
         body=None if object is None else _body_toml(Path(object)),
@@ -231,8 +231,7 @@ def design(
         count=pushes,
         progress=progress,
     )
-    first, second = map(Model.from_toml, fitted)
-    return _parse_design(json.loads(answer), (first, second))
+    return _parse_design(answer, (first, second))
 
 
 def _parse_design(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:

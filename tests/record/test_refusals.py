@@ -29,8 +29,8 @@ def test_missing_folders(as_path: type) -> None:
 
 
 KEYS: dict[str, tuple[Any, str]] = {
-    "nothing": (None, "metadata.extra: a value of type NoneType has no TOML form; leave the key out"),
-    "an object": (object(), "metadata.extra: a value of type object has no TOML form"),
+    "nothing": (None, "metadata.extra: a value of type NoneType cannot be written as TOML; remove the key"),
+    "an object": (object(), "metadata.extra: a value of type object cannot be written as TOML"),
     "a large number": (2**70, "metadata.extra: 1180591620717411303424 does not fit 64 bits"),
     "a key that is no text": ({1: 2}, "metadata.extra: the key 1 is not a string"),
     "deep": ([1, {"a": None}], "metadata.extra[1].a: a value of type NoneType"),

@@ -38,14 +38,14 @@ def rotate(q: Floats, v: Floats) -> Floats:
 
 def heading(q: Floats) -> Floats:
     """Return the angle about world z, rad in (-pi, pi], of approximately upright frames; (n,)."""
-    ahead = rotate(q, np.array([1.0, 0.0, 0.0]))
-    return np.asarray(np.arctan2(ahead[..., 1], ahead[..., 0]), dtype=np.float64)
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    return np.asarray(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)), dtype=np.float64)
 
 
 def tilt(q: Floats) -> Floats:
     """Return the angle between the z axes of frame and world, rad in [0, pi]; (n,)."""
-    up = rotate(q, np.array([0.0, 0.0, 1.0]))
-    return np.asarray(np.arccos(np.clip(up[..., 2], -1.0, 1.0)), dtype=np.float64)
+    _, x, y, _ = np.moveaxis(q, -1, 0)
+    return np.asarray(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)), dtype=np.float64)
 
 
 def from_heading(theta: Floats) -> Floats:
