@@ -18,8 +18,8 @@ def real_data() -> RealData:
     The data are not part of this repository; docs/real-recordings.md lists their sources. TRUNDLE_REAL_DATA
     sets another folder.
     """
-    beside = Path(__file__).resolve().parents[2] / "shared" / "real"
-    folder = Path(os.environ.get("TRUNDLE_REAL_DATA", beside))
+    default = Path(__file__).resolve().parents[2] / "shared" / "real"
+    folder = Path(os.environ.get("TRUNDLE_REAL_DATA", default))
 
     def find(name: str) -> Path:
         path = folder / name

@@ -33,10 +33,10 @@ def test_a_file_is_replaced_atomically(tmp_path: Path) -> None:
 def test_a_folder_is_replaced_atomically(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     for text in ("one", "two"):
-        with atomic_folder(folder, "mark", "a thing") as partial:
+        with atomic_folder(folder, "mark", "an item") as partial:
             (partial / "mark").write_text(text)
             (partial / text).touch()
-    with pytest.raises(ZeroDivisionError), atomic_folder(folder, "mark", "a thing") as partial:
+    with pytest.raises(ZeroDivisionError), atomic_folder(folder, "mark", "an item") as partial:
         (partial / "mark").write_text("three")
         raise ZeroDivisionError
     assert (folder / "mark").read_text() == "two"
@@ -47,8 +47,8 @@ def test_a_folder_is_replaced_atomically(tmp_path: Path) -> None:
 def test_an_unrelated_folder_is_not_changed(tmp_path: Path) -> None:
     (tmp_path / "precious").touch()
     with (
-        pytest.raises(TrundleError, match="is not empty and not a thing"),
-        atomic_folder(tmp_path, "mark", "a thing"),
+        pytest.raises(TrundleError, match="is not empty and not an item"),
+        atomic_folder(tmp_path, "mark", "an item"),
     ):
         pass
     assert [p.name for p in tmp_path.iterdir()] == ["precious"]
@@ -76,8 +76,8 @@ def forked(task: Callable[[], None], patience: float = 60.0) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
-def thing(folder: Path, text: str) -> None:
-    with atomic_folder(folder, "mark", "a thing") as partial:
+def write_item(folder: Path, text: str) -> None:
+    with atomic_folder(folder, "mark", "an item") as partial:
         (partial / "mark").write_text(text)
         (partial / text).mkdir()
         (partial / text / "deep").touch()
@@ -112,11 +112,11 @@ def killed_before(step: int) -> None:
 def test_a_folder_survives_a_kill_at_every_step(tmp_path: Path) -> None:
     folder, seen = tmp_path / "out", []
     for step in range(1000):
-        thing(folder, "one")
+        write_item(folder, "one")
 
         def replace(step: int = step) -> None:
             killed_before(step)
-            thing(folder, "two")
+            write_item(folder, "two")
 
         status = forked(replace)
         text = (folder / "mark").read_text()
@@ -134,9 +134,9 @@ def test_a_folder_survives_a_kill_at_every_step(tmp_path: Path) -> None:
 def test_a_folder_moved_by_a_killed_process_is_restored(tmp_path: Path) -> None:
     """For file systems that cannot exchange folders."""
     folder = tmp_path / "out"
-    thing(folder, "one")
+    write_item(folder, "one")
     folder.rename(tmp_path / ".out.replaced")
-    with pytest.raises(ZeroDivisionError), atomic_folder(folder, "mark", "a thing"):
+    with pytest.raises(ZeroDivisionError), atomic_folder(folder, "mark", "an item"):
         raise ZeroDivisionError
     assert (folder / "mark").read_text() == "one"
     assert list(tmp_path.iterdir()) == [folder]
@@ -185,7 +185,7 @@ def test_a_full_disk_is_reported_and_leaves_nothing(tmp_path: Path) -> None:
         with pytest.raises(OSError, match=r"p\.png") as refused:
             draw(run, picture)
         assert refused.value.filename == str(picture)
-        with pytest.raises(OSError, match="out"), atomic_folder(folder, "mark", "a thing") as partial:
+        with pytest.raises(OSError, match="out"), atomic_folder(folder, "mark", "an item") as partial:
             (partial / "big").write_bytes(bytes(10_000))
         with pytest.raises(OSError, match=r"a\.txt"):
             write_text(tmp_path / "a.txt", "x" * 10_000)

@@ -32,12 +32,12 @@ def of_cart(n: int, seed: int) -> Transitions:
 
 @pytest.mark.parametrize("path", OBJECTS, ids=lambda path: path.stem)
 def test_every_object_states_its_sources(path: Path) -> None:
-    thing = trundle.objects.read(path)
-    assert thing.radius and thing.models
-    assert {"radius", "body.mass"} <= set(thing.sources)
-    for value, source in thing.sources.items():
+    task_object = trundle.objects.read(path)
+    assert task_object.radius and task_object.models
+    assert {"radius", "body.mass"} <= set(task_object.sources)
+    for value, source in task_object.sources.items():
         assert source, value
-    for configuration, ready in thing.models.items():
+    for configuration, ready in task_object.models.items():
         assert all(slot["value"] is not None for slot in ready.parameters), configuration
 
 

@@ -13,7 +13,7 @@ from tests.experiments.runs.samples import SAMPLES, episode
 from trundle.experiments.runs.config import Settings
 from trundle.experiments.runs.page import render
 
-TOLD = "document.querySelector('.player output').textContent"
+SHOWN_TEXT = "document.querySelector('.player output').textContent"
 PLACED = "document.querySelector('.player .moving').getAttribute('transform')"
 SLIDE = """(() => {
   const slider = document.querySelector('.player input');
@@ -58,11 +58,11 @@ def test_no_overflow_overlap_or_network_request(browser: Browser, run: Path, wid
 
 def test_the_slider_moves_the_object_and_the_belief(browser: Browser, tmp_path: Path) -> None:
     browser.open(written(tmp_path, "friction"), DESK)
-    end, told = browser.evaluate(PLACED), browser.evaluate(TOLD)
-    assert told.startswith("3.50")
+    end, text = browser.evaluate(PLACED), browser.evaluate(SHOWN_TEXT)
+    assert text.startswith("3.50")
     browser.evaluate(SLIDE)
     assert browser.evaluate(PLACED) != end
-    assert browser.evaluate(TOLD).startswith("1.00")
+    assert browser.evaluate(SHOWN_TEXT).startswith("1.00")
     assert browser.evaluate("document.querySelectorAll('.player .estimate-marks ellipse').length") == 1
     assert requests(browser) == [browser.evaluate("location.href")]
 

@@ -13,8 +13,8 @@ def test_episodes_are_printed_drawn_and_saved(tmp_path: Path, capsys: pytest.Cap
     gif, folder = tmp_path / "door.gif", tmp_path / "door"
     line = f"play PushDoor --episodes 2 --set horizon=12 --set object=desk --gif {gif} --out {folder}"
     assert main(line.split()) == 0
-    told = capsys.readouterr().out.splitlines()
-    assert [words.split(":")[0] for words in told[:2]] == ["episode 0", "episode 1"]
+    lines = capsys.readouterr().out.splitlines()
+    assert [words.split(":")[0] for words in lines[:2]] == ["episode 0", "episode 1"]
     with Image.open(gif) as film:
         assert film.size == (480, 480) and getattr(film, "n_frames", 1) > 8
     recording = trundle.read(folder)

@@ -108,21 +108,21 @@ def test_rows_of_a_batch_are_independent_agents(
     assert together.beliefs[1].fits == alone.beliefs[0].fits > 1
 
 
-@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("start_is_given", [True, False])
 def test_a_new_episode_resets_the_agent(
-    told: bool,
+    start_is_given: bool,
     env: gymnasium.Env[Any, Any],
     pushed: tuple[Observations, trundle.Model, trundle.agent.Belief],
 ) -> None:
     agent = trundle.AdaptiveAgent(env)
     first = [agent.predict(row)[0].tolist() for row in pushed[0]]
     assert agent.beliefs[0].fits > 1
-    if not told:
+    if not start_is_given:
         other, _ = gymnasium.make("trundle/LockedWheel-v0").reset(seed=9)
         agent.predict(other)
         assert agent.beliefs[0].fits == 0
     again = [
-        agent.predict(row, episode_start=k == 0 if told else None)[0].tolist()
+        agent.predict(row, episode_start=k == 0 if start_is_given else None)[0].tolist()
         for k, row in enumerate(pushed[0])
     ]
     assert again == first

@@ -26,12 +26,14 @@ AROUND = "trundle/PushAround-v0"
 COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.toml"
 
 
-def played(steps: int, env_id: str = AROUND, seed: int = 3000, **told: Any) -> tuple[Belief, dict[str, Any]]:
+def played(
+    steps: int, env_id: str = AROUND, seed: int = 3000, **arguments: Any
+) -> tuple[Belief, dict[str, Any]]:
     """Return the belief of an agent after at most `steps` steps, and the last info."""
-    options = told.pop("options", {"hidden": "locked"})
+    options = arguments.pop("options", {"hidden": "locked"})
     env = gymnasium.make(env_id, **options)
     observation, info = env.reset(seed=seed)
-    agent = trundle.AdaptiveAgent(env, **told)
+    agent = trundle.AdaptiveAgent(env, **arguments)
     for step in range(steps):
         action, _ = agent.predict(observation, episode_start=step == 0)
         observation, _, terminated, truncated, info = env.step(action)
@@ -241,7 +243,7 @@ def test_a_wrench_is_transported_to_the_origin() -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "reason"),
+    ("arguments", "reason"),
     [
         ({"learner": "neural"}, "learner = 'neural': choose one of filter, shooting, linear, local"),
         ({"learner": "linear", "diagnose": True}, "a regression cannot be diagnosed"),
@@ -250,7 +252,7 @@ def test_a_wrench_is_transported_to_the_origin() -> None:
         ({"pushes": 0}, "pushes = 0"),
     ],
 )
-def test_invalid_arguments_are_refused(told: dict[str, Any], reason: str) -> None:
+def test_invalid_arguments_are_refused(arguments: dict[str, Any], reason: str) -> None:
     env = gymnasium.make("trundle/LockedWheel-v0")
     with pytest.raises(trundle.TrundleError, match=reason):
-        trundle.AdaptiveAgent(env, **told)
+        trundle.AdaptiveAgent(env, **arguments)

@@ -63,7 +63,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def rivals(place: Path) -> tuple[Path, Path]:
+def competing_models(place: Path) -> tuple[Path, Path]:
     free = {"kind": "support_drag"}
     slope, bias = (
         model(place, free, {"kind": kind}, body=False, name=f"free_{kind}")
@@ -80,27 +80,29 @@ def tied(place: Path) -> trundle.Recording:
 
 
 @pytest.fixture(scope="module")
-def found(rivals: tuple[Path, Path], tied: trundle.Recording) -> Design:
-    return trundle.design(*rivals, recording=tied)
+def found(competing_models: tuple[Path, Path], tied: trundle.Recording) -> Design:
+    return trundle.design(*competing_models, recording=tied)
 
 
-def preference(recording: trundle.Recording, rivals: tuple[Path, Path]) -> float:
+def preference(recording: trundle.Recording, competing_models: tuple[Path, Path]) -> float:
     """Return the log evidence ratio of slope and offset, nats."""
-    slope, bias = (trundle.fit(recording, rival).summary["log_evidence"] for rival in rivals)
+    slope, bias = (
+        trundle.fit(recording, model_path).summary["log_evidence"] for model_path in competing_models
+    )
     return float(slope - bias)
 
 
 def test_the_designed_push_distinguishes_the_models(
-    place: Path, rivals: tuple[Path, Path], tied: trundle.Recording, found: Design
+    place: Path, competing_models: tuple[Path, Path], tied: trundle.Recording, found: Design
 ) -> None:
     assert found.models == ("floor_slope", "force_bias")
     assert abs(found.recorded) < 2.0
-    assert abs(preference(tied, rivals)) < 5.0
+    assert abs(preference(tied, competing_models)) < 5.0
     assert found.sure > 0.95 and found.repeats == 1
     scenario, described = found.scenario()
     assert "accel_x" in scenario and "footprint" in described
     after = simulated(place / "after", [*ALIKE, found.pushes[0].table()])
-    assert preference(after, rivals) > 0.3 * found.separation[0] > 30.0
+    assert preference(after, competing_models) > 0.3 * found.separation[0] > 30.0
 
 
 def test_the_designed_push_keeps_its_limits(found: Design) -> None:
@@ -113,17 +115,19 @@ def test_the_designed_push_keeps_its_limits(found: Design) -> None:
 
 
 def test_tighter_limits_separate_less(
-    rivals: tuple[Path, Path], tied: trundle.Recording, found: Design
+    competing_models: tuple[Path, Path], tied: trundle.Recording, found: Design
 ) -> None:
-    gentle = trundle.design(*rivals, recording=tied, force=6.0, torque=1.0, duration=2.0, distance=0.2)
+    gentle = trundle.design(
+        *competing_models, recording=tied, force=6.0, torque=1.0, duration=2.0, distance=0.2
+    )
     assert 0.0 < sum(gentle.separation) < 0.5 * sum(found.separation)
     assert abs(gentle.pushes[0].knots[:, 1]).max() <= 6.0 and gentle.pushes[0].duration == 2.0
 
 
 def test_the_same_input_gives_the_same_bytes(
-    rivals: tuple[Path, Path], tied: trundle.Recording, found: Design
+    competing_models: tuple[Path, Path], tied: trundle.Recording, found: Design
 ) -> None:
-    assert trundle.design(*rivals, recording=tied).to_json() == found.to_json()
+    assert trundle.design(*competing_models, recording=tied).to_json() == found.to_json()
 
 
 def test_the_written_scenario_can_be_simulated(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,6 +176,8 @@ def test_invalid_arguments_are_refused(place: Path, arguments: dict[str, object]
         trundle.design(same, same, **arguments)  # type: ignore[arg-type]
 
 
-def test_a_free_value_without_a_recording_is_refused(rivals: tuple[Path, Path], place: Path) -> None:
+def test_a_free_value_without_a_recording_is_refused(
+    competing_models: tuple[Path, Path], place: Path
+) -> None:
     with pytest.raises(trundle.TrundleError, match="has no value"):
-        trundle.design(*rivals, object=model(place, DRAG, name="shape"))
+        trundle.design(*competing_models, object=model(place, DRAG, name="shape"))

@@ -165,11 +165,14 @@ def recording(
 
 
 def metadata(floor: str, feet: bool, episodes: int) -> dict[str, object]:
-    told: dict[str, object] = {"footprint": FOOTPRINT, **({"support": LEGS.tolist()} if feet else {})}
+    object_metadata: dict[str, object] = {
+        "footprint": FOOTPRINT,
+        **({"support": LEGS.tolist()} if feet else {}),
+    }
     return {
         "format": "trundle-recording/1",
         "name": f"MuJoCo's table, {floor}",
-        "object": told,
+        "object": object_metadata,
         "wrench": {"frame": "sensor", "sign": "on_object", "raw": True, "precontact": [0.0, CONTACT - 0.05]},
         "noise": {"pose": list(POSE), "force": FORCE, "torque": TORQUE},
         "split": {"held_out": [f"push_{episodes - 1}"]},

@@ -252,9 +252,9 @@ def test_draws_follow_the_posterior_and_stay_positive(tmp_path: Path) -> None:
     assert abs(np.corrcoef(np.log(mass), np.log(along))[0, 1] - 2.5 / 20.0) < 0.05
     assert abs(np.std(np.log(across)) - 20.0 / 180.0) < 5e-3
     assert {d["viscous_wheel.x"] for d in drawn} == {-0.5}
-    told = json.loads((folder / "ranges.json").read_text())["parameters"]["viscous_wheel.mu_x"]
-    assert told["low"] == pytest.approx(np.quantile(along, 0.025), rel=0.1)
-    assert told["high"] == pytest.approx(np.quantile(along, 0.975), rel=0.1)
+    exported = json.loads((folder / "ranges.json").read_text())["parameters"]["viscous_wheel.mu_x"]
+    assert exported["low"] == pytest.approx(np.quantile(along, 0.025), rel=0.1)
+    assert exported["high"] == pytest.approx(np.quantile(along, 0.975), rel=0.1)
     again = effects.sample(np.random.default_rng(1))
     assert again == drawn[0]
 

@@ -75,12 +75,12 @@ def test_an_invalid_row_is_named(tmp_path: Path) -> None:
 
 def test_at_most_every_second_push_is_held_out(tmp_path: Path) -> None:
     source = write_pushes(tmp_path / NAME)
-    told = tmp_path / "map.toml"
-    told.write_text("held_out_every = 2\n")
-    assert read(source, "cmu-planar-push", told).metadata["split"]["held_out"] == ["push_02", "push_04"]
-    told.write_text("held_out_every = 1\n")
+    map_file = tmp_path / "map.toml"
+    map_file.write_text("held_out_every = 2\n")
+    assert read(source, "cmu-planar-push", map_file).metadata["split"]["held_out"] == ["push_02", "push_04"]
+    map_file.write_text("held_out_every = 1\n")
     with pytest.raises(ValueError, match=r"map\.toml: `held_out_every` = 1: must be at least 2"):
-        read(source, "cmu-planar-push", told)
+        read(source, "cmu-planar-push", map_file)
 
 
 def write_log(folder: Path, name: str, lost: int) -> None:
@@ -214,17 +214,17 @@ def test_real_tips_end_on_the_sides_of_the_triangle(real_data: RealData) -> None
 
 
 @pytest.mark.parametrize(
-    ("told", "logs", "held_out"),
+    ("map_file", "logs", "held_out"),
     [
         (None, ["exp3_3", "exp3_4", "exp4_1"], "exp3_4"),
         (CONFIGS / "cmu_earlier.toml", ["exp3_1", "exp3_2"], "exp3_2"),
     ],
 )
 def test_real_logs_do_work_and_touch_the_inferred_sides(
-    real_data: RealData, told: Path | None, logs: list[str], held_out: str
+    real_data: RealData, map_file: Path | None, logs: list[str], held_out: str
 ) -> None:
     """The force follows the motion of the contact point, and contacts are on the inferred outline."""
-    got = read(real_data("cmu-planar-push/timeseries"), "cmu-planar-push", told)
+    got = read(real_data("cmu-planar-push/timeseries"), "cmu-planar-push", map_file)
     recording = trundle.Recording(got.metadata, got.episodes)
     assert list(recording.episodes) == logs
     assert recording.metadata["split"]["held_out"] == [held_out]

@@ -102,9 +102,9 @@ def test_seeds_and_options_apply_once() -> None:
     assert not np.array_equal(batch.reset(), first)
     batch.seed(0)
     batch.set_options({"goal": [0.5, 0.25, 0.0]})
-    told = batch.reset()
-    assert np.array_equal(told[:, :7], first[:, :7])
-    assert np.array_equal(told[:, 7:9], [[0.5, 0.25]] * 3)
+    observations = batch.reset()
+    assert np.array_equal(observations[:, :7], first[:, :7])
+    assert np.array_equal(observations[:, 7:9], [[0.5, 0.25]] * 3)
     assert not np.any(batch.reset()[:, 7] == 0.5)
 
 
@@ -114,9 +114,9 @@ def test_options_may_differ() -> None:
     first = batch.reset()
     batch.seed(0)
     batch.set_options([{"goal": [0.5, 0.0, 0.0]}, {}, {"goal": [0.25, 0.0, 0.0]}])
-    told = batch.reset()
-    assert told[:, 7].tolist() == [0.5, first[1, 7], 0.25]
-    assert np.array_equal(told[1], first[1])
+    observations = batch.reset()
+    assert observations[:, 7].tolist() == [0.5, first[1, 7], 0.25]
+    assert np.array_equal(observations[1], first[1])
 
 
 def test_autoreset_is_refused() -> None:
@@ -186,9 +186,9 @@ class Numbered(VectorWrapper):
 
     episodes = 0
 
-    def reset(self, **told: Any) -> tuple[Any, dict[str, Any]]:
+    def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
         self.episodes += 1
-        return self.env.reset(**told)[0], {"episode": np.full(self.num_envs, self.episodes)}
+        return self.env.reset(**arguments)[0], {"episode": np.full(self.num_envs, self.episodes)}
 
 
 def test_reset_infos_are_kept() -> None:

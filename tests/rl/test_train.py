@@ -80,12 +80,12 @@ def test_an_interrupted_training_ends_with_the_same_bytes(
     Training(settings, 1, tmp_path / "whole").run()
     looks = 0
 
-    def look(*told: Any) -> dict[str, float]:
+    def look(*arguments: Any) -> dict[str, float]:
         nonlocal looks
         looks += 1
         if looks in (5, 9):
             raise KilledError
-        return evaluate(*told)
+        return evaluate(*arguments)
 
     monkeypatch.setattr(train, "evaluate", look)
     for _ in range(2):

@@ -152,12 +152,15 @@ def test_the_sensor_reads_the_inertia_of_the_gripper() -> None:
 
 
 def test_a_delayed_reading_is_a_mean() -> None:
-    def told(*effects: dict[str, Any]) -> float:
+    def first_force(*effects: dict[str, Any]) -> float:
         env = Push(action="push", hidden="none", noise=0.0, effects=effects)
         env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
         return float(Observation(env.step(np.array([1.0, 0.0, 0.5], dtype=np.float32))[0]).force[0])
 
-    assert told({"kind": "latency", "delay": 0.05}) == pytest.approx(told(), rel=0.2) and told() > 1.0
+    assert (
+        first_force({"kind": "latency", "delay": 0.05}) == pytest.approx(first_force(), rel=0.2)
+        and first_force() > 1.0
+    )
 
 
 def test_a_short_action_is_reached_at_its_end() -> None:

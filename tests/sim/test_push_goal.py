@@ -71,8 +71,8 @@ def test_the_oracle_contains_the_changed_mass() -> None:
 
 
 def test_the_oracle_contains_the_wheel() -> None:
-    plain, told = (PushPose(render_mode="rgb_array", hidden="wheels") for _ in range(2))
-    oracle = Oracle(told)
+    plain, informed = (PushPose(render_mode="rgb_array", hidden="wheels") for _ in range(2))
+    oracle = Oracle(informed)
     plain.reset(seed=3)
     oracle.reset(seed=3)
     one, other = np.asarray(plain.render()), np.asarray(oracle.render())

@@ -123,7 +123,7 @@ impl TiedPair<'_> {
     }
 }
 
-/// The effect of each model that the other lacks; `None` unless the models differ in exactly one effect with
+/// The effect of each model that is missing from the other; `None` unless the models differ in exactly one effect with
 /// different names.
 fn exchanged_effects<'a>(own: &'a FittedModel, other: &'a FittedModel) -> Option<(&'a Effect, &'a Effect)> {
     match (extra_effects(own, other).as_slice(), extra_effects(other, own).as_slice()) {

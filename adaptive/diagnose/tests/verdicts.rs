@@ -123,7 +123,7 @@ fn spring(state: &trundle_model::State<f64>) -> [f64; 3] {
 
 #[test]
 fn a_spring_is_a_tether_without_slack() {
-    let world = World { foreign: spring, ..World::of(locked()) };
+    let world = World { out_of_catalogue: spring, ..World::of(locked()) };
     let answer = json(&diagnosed(&world, 6, None).answer);
     assert_eq!(names(&answer), ["tether"], "{answer:#}");
     let stiffness = answer["missing"][0]["parameters"]["stiffness"]["mean"].as_f64().unwrap();
@@ -140,7 +140,7 @@ fn vortex(state: &trundle_model::State<f64>) -> [f64; 3] {
 
 #[test]
 fn an_effect_outside_the_catalogue_is_located_but_not_named() {
-    let world = World { foreign: vortex, ..World::of(locked()) };
+    let world = World { out_of_catalogue: vortex, ..World::of(locked()) };
     let answer = json(&diagnosed(&world, 6, None).answer);
     assert_eq!(answer["verdict"], "unexplained", "{answer:#}");
     assert!(names(&answer).is_empty());
@@ -156,7 +156,7 @@ fn across(state: &trundle_model::State<f64>) -> [f64; 3] {
 #[test]
 #[ignore = "slow: fits six effects one after the other"]
 fn an_effect_outside_the_catalogue_may_still_be_predicted() {
-    let world = World { foreign: across, ..World::of(locked()) };
+    let world = World { out_of_catalogue: across, ..World::of(locked()) };
     let mut data = world.recording(3);
     data.training = world.pushes(8, 3);
     data.held_out = data.training.split_off(6);

@@ -59,8 +59,8 @@ fn occupied(path: &Path) -> io::Result<Option<String>> {
     if !names.iter().any(|name| name == METADATA_FILE) {
         return Ok(Some("is not a recording".to_owned()));
     }
-    let foreign = names.iter().find(|name| *name != METADATA_FILE && Table::of(Path::new(name)).is_none());
-    Ok(foreign.map(|name| format!("contains {name:?}, which is not part of a recording")))
+    let unrelated = names.iter().find(|name| *name != METADATA_FILE && Table::of(Path::new(name)).is_none());
+    Ok(unrelated.map(|name| format!("contains {name:?}, which is not part of a recording")))
 }
 
 /// An empty folder in the parent of `path`, removed on drop.

@@ -24,7 +24,7 @@ pub struct HybridStepper {
     model: Arc<Model>,
     plant: Arc<Plant<f64>>,
     /// Precomputed step of the plant with its length, s, if the model is linear.
-    glide: Option<(f64, LinearPropagator)>,
+    propagator: Option<(f64, LinearPropagator)>,
     obstacles: Arc<Vec<Vec<[f64; 2]>>>,
     /// Largest distance of the outline from the object origin, m.
     radius: f64,
@@ -62,7 +62,7 @@ impl HybridStepper {
         let mut stepper = Self {
             model: Arc::new(model),
             plant,
-            glide: None,
+            propagator: None,
             obstacles: Arc::new(obstacles),
             radius,
             state: State::at_rest([0.0; 3]),
@@ -131,15 +131,15 @@ impl HybridStepper {
     /// Advance one step with the laws alone.
     #[inline]
     fn step_laws(&mut self, applied: &[f64; 3], clock: Clock, dt: f64) {
-        match &self.glide {
-            Some((length, glide)) if *length == dt => glide.step_in_place(&mut self.state, applied),
+        match &self.propagator {
+            Some((length, propagator)) if *length == dt => propagator.step_in_place(&mut self.state, applied),
             _ => self.plant.step_in_place(&mut self.state, applied, clock, dt),
         }
     }
 
     /// Precompute steps of this length, s, if the model is linear.
     pub fn precompute_step(&mut self, dt: f64) {
-        self.glide = self.plant.linear_propagator(dt).map(|glide| (dt, glide));
+        self.propagator = self.plant.linear_propagator(dt).map(|propagator| (dt, propagator));
     }
 
     /// Advance one step with the engine.

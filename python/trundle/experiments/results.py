@@ -51,7 +51,7 @@ def read_headed(path: Path, keys: Iterable[str]) -> tuple[Row, list[Row]]:
     Raises
     ------
     TrundleError
-        If the file does not exist, or the first line has no settings, or another one lacks one of the keys.
+        If the file does not exist, or the first line has no settings, or a key is missing from another line.
     """
     if not path.exists():
         raise TrundleError(f"{path}: no results to draw: run without --redraw")

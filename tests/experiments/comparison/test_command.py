@@ -165,8 +165,14 @@ def test_each_policy_file_is_a_run_identified_by_its_bytes(
     curves = tmp_path / "out/tiny/curves"
     curves.mkdir(parents=True)
     points = [{"step": 100.0 * k, "success": k / 10, "distance": 1.0, "return": -2.0} for k in range(1, 7)]
-    told = {"config": "still", "seed": 1, "simulated_seconds": 7200, "parameters": 1234, "flattened": False}
-    (curves / "still_1.json").write_text(json.dumps({**told, "curve": points}))
+    training = {
+        "config": "still",
+        "seed": 1,
+        "simulated_seconds": 7200,
+        "parameters": 1234,
+        "flattened": False,
+    }
+    (curves / "still_1.json").write_text(json.dumps({**training, "curve": points}))
     policy = '[agents.still]\ntitle = "Still"\nkind = "policy"\nfiles = ["a.npz", "b.npz"]\ncurve = "still"\n'
     text = TINY.replace('"adaptive", "fixed"]\n\n[worlds.r', '"adaptive", "still"]\n\n[worlds.r') + policy
     assert compare(tmp_path, text=text) == 0
@@ -219,8 +225,8 @@ def test_a_failed_episode_is_reported_and_others_are_kept(
     with monkeypatch.context() as patched:
         patched.setattr("trundle.experiments.comparison.episode.play", fails_once)
         assert compare(tmp_path) == 2
-    told = capsys.readouterr().err
-    assert told.count("adaptive in table, seed 71, run 0: no plan") == 2  # at once, and at the end
+    reported = capsys.readouterr().err
+    assert reported.count("adaptive in table, seed 71, run 0: no plan") == 2  # at once, and at the end
     assert not (tmp_path / "out").exists()
     assert len(kept(tmp_path)) == EPISODES - 1
     assert compare(tmp_path) == 0

@@ -95,5 +95,5 @@ def test_the_first_sentence_states_success_and_regret() -> None:
 def test_a_fixed_agent_has_no_success_by_number_of_fits() -> None:
     fixed = [{**one, "fits": 0, "learning": 0.0} for one in MINE]
     settings = {"oracle": SETTINGS.agents["oracle"], "mine": Agent("Fixed", "adaptive", {"adapt": False})}
-    told = tables.outcomes(Settings("n", "T", SETTINGS.worlds, settings, "mine"), {"mine": fixed})
-    assert told.splitlines()[2].split(" | ")[2] == "–"
+    table = tables.outcomes(Settings("n", "T", SETTINGS.worlds, settings, "mine"), {"mine": fixed})
+    assert table.splitlines()[2].split(" | ")[2] == "–"

@@ -33,9 +33,9 @@ def test_committed_results_are_readable(name: str) -> None:
         assert trial.items() <= row.items()
 
 
-@pytest.mark.parametrize(("thing", "linear"), [("shopping_cart", False), ("chair:free", True)])
-def test_fig6_regressions_suffice_for_linear_objects_only(thing: str, linear: bool) -> None:
-    trial = {"reading": "cm_deg", "object": thing, "seed": 3}
+@pytest.mark.parametrize(("name", "linear"), [("shopping_cart", False), ("chair:free", True)])
+def test_fig6_regressions_suffice_for_linear_objects_only(name: str, linear: bool) -> None:
+    trial = {"reading": "cm_deg", "object": name, "seed": 3}
     settings, row = performed("fig6", trial, counts=[8, 50], learners=["pbr", "lr", "lwr"])
     assert row["r2"]["pbr"][0] >= settings.threshold
     assert row["r2"]["lr"][0] < settings.threshold

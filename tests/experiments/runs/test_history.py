@@ -60,21 +60,21 @@ def test_the_true_wheel_is_the_one_with_most_drag() -> None:
 
 def test_the_summary_states_the_outcome_and_when_the_wheel_was_known() -> None:
     found = episode(friction=True)
-    told = header(found)
-    assert "Reached the goal after 3.5 s." in told
-    assert "From fit 3 of 6 on, 1.5 s after the start" in told
-    assert "Dry friction was named after 1.5 s" in told
-    assert "Other hidden effects: dry friction at (−0.40, 0.25) m." in told
-    assert "not touched" in told
+    text = header(found)
+    assert "Reached the goal after 3.5 s." in text
+    assert "From fit 3 of 6 on, 1.5 s after the start" in text
+    assert "Dry friction was named after 1.5 s" in text
+    assert "Other hidden effects: dry friction at (−0.40, 0.25) m." in text
+    assert "not touched" in text
 
 
 def test_unnamed_effects_are_marked_as_supposed() -> None:
     kept = history(pushes=10)
     kept["updates"][7]["supposed"] = ["com_offset", "caster_swivel"]
     found = parse_history(kept)
-    told = header(found)
-    assert "was supposed after 4.0 s: the diagnosis does not confirm it" in told
-    assert "was named" not in told
+    text = header(found)
+    assert "was supposed after 4.0 s: the diagnosis does not confirm it" in text
+    assert "was named" not in text
     assert "supposed: " in sentences.belief_line(found.updates[7])
     assert [update.time for update in select_stages(found, 4)] == [0.5, 1.5, 4.0, 5.0]
 
@@ -82,8 +82,8 @@ def test_unnamed_effects_are_marked_as_supposed() -> None:
 def test_a_distant_estimate_does_not_count_as_found() -> None:
     kept = history()
     kept["truth"]["effect"][0] = {**kept["truth"]["effect"][0], "x": -0.5}
-    told = header(parse_history(kept))
-    assert "The wheel was estimated at" in told and "still" in told and "was found" not in told
+    text = header(parse_history(kept))
+    assert "The wheel was estimated at" in text and "still" in text and "was found" not in text
 
 
 def test_a_regression_has_no_wheel() -> None:

@@ -52,13 +52,13 @@ def test_a_run_prints_saves_and_shows(
 ) -> None:
     out = tmp_path / "out"
     assert run(config, out) == 0
-    told = capsys.readouterr()
-    assert [line.split(":")[0] for line in told.out.splitlines()] == [
+    reported = capsys.readouterr()
+    assert [line.split(":")[0] for line in reported.out.splitlines()] == [
         "episode 0",
         "episode 1",
         f"{out}/page.html",
     ]
-    fits = len([line for line in told.err.splitlines() if "m to go" in line])
+    fits = len([line for line in reported.err.splitlines() if "m to go" in line])
     kept = json.loads((out / "episode_00" / "history.json").read_text(encoding="utf-8"))
     other = json.loads((out / "episode_01" / "history.json").read_text(encoding="utf-8"))
     assert len(kept["steps"]) == 14 and len(kept["updates"]) >= 2

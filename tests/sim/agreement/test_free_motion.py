@@ -37,7 +37,7 @@ BODIES: Mapping[str, Mapping[str, Any]] = {
     "com_offset": {"com": (0.3, -0.2)},
     "mass_change": {"load": (1.2, 8.0)},
 }
-"""What a law changes of the body, as `integrated` is told it."""
+"""Changes of the body by a law, as an argument of `integrated`."""
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def bare() -> Floats:
 SMOOTH = (5e-7, 8e-7)
 """Tolerance, m and rad, where forces change no faster than the table moves; measured 0.23 µm, 0.32 µrad."""
 ROUGH = {
-    # Where dry friction lets go and takes hold depends on the step: 30 and 83 µm, a fine one leaves 6 and 10.
+    # The transitions between sticking and sliding depend on the step: 30 and 83 µm, a fine one leaves 6 and 10.
     "coulomb_friction": (1e-4, 5e-5),
     "support_friction": (2e-4, 2e-4),
     # Dry friction along each of two axes: 55 and 58 µm, 123 and 44 µrad at a step of 1 ms.
@@ -75,7 +75,7 @@ EXPORTED = (5e-6, 7e-6)
 """Tolerance, m and rad, to the export at 1 ms and half of it, extrapolated to none; measured 2 µm, 3 µrad."""
 COARSE = {
     # What that leaves of MuJoCo's step: measured 4, 360, 14, 11 and 2 µm, 2, 340, 22, 38 and 12 µrad; most
-    # where each of four dry feet lets go at its own time.
+    # where each of four feet with dry friction starts to slide at a different time.
     "coulomb_friction": (1e-4, 5e-5),
     "support_friction": (1e-3, 1e-3),
     "axis_friction": (2e-4, 1e-4),

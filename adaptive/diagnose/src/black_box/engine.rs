@@ -289,10 +289,10 @@ impl Engine for BlackBoxEngine<'_> {
     fn score(
         &self,
         tried: &FittedModel,
-        beside: &FittedModel,
+        compared_with: &FittedModel,
         episodes: &[Prepared],
     ) -> Result<Score, InferError> {
-        let settling = unscored_time(&beside.fit.model).max(unscored_time(&tried.fit.model));
+        let settling = unscored_time(&compared_with.fit.model).max(unscored_time(&tried.fit.model));
         self.rollout(tried, &self.simulator_values(tried))?.score(episodes, settling)
     }
 

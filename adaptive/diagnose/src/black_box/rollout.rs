@@ -136,12 +136,12 @@ impl Rollout<'_> {
     /// Error metrics of some episodes. Samples less than `unjudged` seconds after contact do not count. Metrics that
     /// need more than simulated poses are omitted.
     pub fn score(&self, episodes: &[Prepared], unjudged: f64) -> Result<Score, InferError> {
-        let mut tally = ErrorMetrics::default();
+        let mut metrics = ErrorMetrics::default();
         let turns = self.data.dof[2];
         for episode in episodes {
             let states = self.episode_states(episode)?;
             let rho = if turns { self.data.body.gyration } else { 0.0 };
-            tally.add_open_loop(&self.open_loop(&states)?, episode, rho, unjudged);
+            metrics.add_open_loop(&self.open_loop(&states)?, episode, rho, unjudged);
             let mut begin = episode.contact.max(episode.pose.first().map_or(0.0, |p| p.t));
             let end = episode.pose.last().map_or(0.0, |p| p.t);
             while begin + WINDOW_S <= end + 1e-9 {
@@ -150,12 +150,12 @@ impl Rollout<'_> {
                 let poses = self.poses_from(&states, index, count)?;
                 let pairs = episode.pose[index..].iter().zip(&poses).skip(1);
                 for (pose, simulated) in pairs.filter(|(p, _)| p.t > episode.contact + unjudged) {
-                    tally.add_window([0, 1, 2].map(|k| pose.pose[k] - simulated[k]));
+                    metrics.add_window([0, 1, 2].map(|k| pose.pose[k] - simulated[k]));
                 }
                 begin += WINDOW_S;
             }
         }
-        Ok(tally.score(turns))
+        Ok(metrics.score(turns))
     }
 }
 

@@ -33,7 +33,7 @@ pub enum PushedObject<'a> {
 /// model limits its parameters, or the catalogue's priors if it has none.
 ///
 /// # Errors
-/// If a model lacks a required value or cannot be fitted, or if the user interrupts.
+/// If a required value of a model is missing, or a model cannot be fitted, or if the user interrupts.
 pub fn design_experiment(
     models: [&ModelFile; 2],
     object: &PushedObject<'_>,

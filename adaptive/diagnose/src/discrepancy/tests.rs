@@ -9,7 +9,7 @@ use trundle_record::Dataset;
 
 /// The nominal fit, and the fit with a discrepancy wrench if one passes the validation.
 fn fitted(external: fn(&State<f64>) -> [f64; 3], seed: u64) -> (Dataset, Fit, Option<Fit>) {
-    let world = World { foreign: external, ..World::of(locked()) };
+    let world = World { out_of_catalogue: external, ..World::of(locked()) };
     let mut data = world.recording(seed);
     data.training = world.pushes(8, seed);
     data.held_out = data.training.split_off(6);

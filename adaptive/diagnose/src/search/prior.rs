@@ -2,7 +2,7 @@
 
 use crate::fitted_model::FittedModel;
 
-/// Prior probability that a simulation lacks an effect, and that one with a missing effect lacks another.
+/// Prior probability that an effect is missing from a simulation, and that a second one is missing if one is.
 const P_MISSING_EFFECT: f64 = 0.05;
 
 /// Log prior probability of a set of effects relative to the empty set. It is geometric in the number of

@@ -3,7 +3,7 @@
 use crate::law::{LawContext, Param, Prior, Role};
 use crate::{Body, Fixture, Real};
 
-/// Coordinate of a world point along `axis` (0: x, 1: y). The prior covers a room around the world origin.
+/// Coordinate of a world point along `axis` (0: x, 1: y). The prior covers an area around the world origin.
 pub(super) const fn in_world(name: &'static str, axis: usize, help: &'static str) -> Param {
     let param = super::signed(name, "m", 100.0, 2.0, help);
     let role = Role::WorldPoint(axis);

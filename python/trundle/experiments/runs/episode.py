@@ -66,10 +66,15 @@ def play(
         updates += fresh
         observation, reward, terminated, truncated, info = env.step(action)
         gained, over = gained + float(reward), terminated or truncated
-        told = {name: info[name] for name in ("distance", "heading_error", "touched")}
+        outcome = {name: info[name] for name in ("distance", "heading_error", "touched")}
         at = (len(steps) + 1) * source.control
         steps.append(
-            {"t": at, **observation_row(observation), **told, "action": list(action * source.ACTION_SCALE)}
+            {
+                "t": at,
+                **observation_row(observation),
+                **outcome,
+                "action": list(action * source.ACTION_SCALE),
+            }
         )
         watch({**steps[-1], "update": fresh[-1] if fresh else None})
     outcome = {name: info[name] for name in ("distance", "heading_error", "lost", "is_success")}
@@ -119,9 +124,9 @@ def update_row(update: Any, time: float) -> Row:
     }
 
 
-def count_onsets(stretches: Iterable[bool]) -> int:
+def count_onsets(states: Iterable[bool]) -> int:
     """Return how often a condition becomes true."""
-    return sum(now and not before for before, now in pairwise([False, *stretches]))
+    return sum(now and not before for before, now in pairwise([False, *states]))
 
 
 def to_json_values(value: Any) -> Any:

@@ -157,7 +157,7 @@ fn a_wrench_outside_the_catalogue_is_unexplained() {
         let beat = (9.0 * state.pose[0]).sin() * (7.0 * state.pose[1]).cos();
         [12.0 * beat, 0.0, 5.0 * beat]
     };
-    let world = World { foreign: force, ..World::of(locked()) };
+    let world = World { out_of_catalogue: force, ..World::of(locked()) };
     let answer = verdict(&shortened(world.recording(5)), false).answer;
     assert_eq!(answer.verdict, Verdict::Unexplained);
     assert!(!answer.mismatch.windows.is_empty());
