@@ -1,4 +1,4 @@
-# `make help` explains the targets. What is built lies in target/ (Rust) and .venv/ (Python).
+# `make help` lists the targets. Builds are in target/ (Rust) and .venv/ (Python).
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .SUFFIXES:
@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 TRUNDLE := $(BIN)/trundle
 
-# Absolute, because maturin and pyo3 compare it: one interpreter for the wheel and for clippy.
+# Absolute paths, so that maturin and clippy use the same interpreter and pyo3 is not rebuilt.
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
@@ -23,37 +23,37 @@ say = @printf '\n\033[1m==> %s\033[0m\n' $(1)
 
 .PHONY: help build demo test test-slow test-rl lint format lock bench clean
 
-help: ## this text
-	@echo "trundle: learn how an unknown object moves when pushed; name what a simulation of it left out."
+help: ## show this text
+	@echo "trundle: push unknown objects, estimate their physics, and diagnose what a simulation misses."
 	@echo
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
 	@echo
 	@echo "Needs $(PYTHON) >= 3.10 with venv, cargo (rustup.rs) and a C linker; PYTHON=... chooses another Python."
 
-build: $(VENV)/.built ## everything the two commands below share; leaves .venv/bin/trundle
+build: $(VENV)/.built ## build the package and the command .venv/bin/trundle
 
-demo: build ## make a recording of a table with a hidden defect, diagnose it, name the report (10 minutes from nothing)
-	$(call say,"1/2 simulating pushes of a table whose wheel is locked and that rubs where no model says so")
+demo: build ## simulate a recording of a table with hidden defects and diagnose it (about 6 minutes in a new clone)
+	$(call say,"1/2 simulating pushes of a table with a locked wheel and hidden dry friction")
 	$(TRUNDLE) simulate configs/experiments/demo.toml --out demo/recording
-	$(call say,"2/2 diagnosing the recording: which law is missing?")
+	$(call say,"2/2 diagnosing the recording")
 	$(TRUNDLE) diagnose demo/recording --out demo/diagnosis
-	$(call say,"open demo/diagnosis/report.html")
+	$(call say,"report: demo/diagnosis/report.html")
 
-test: build ## build and run all tests, Rust then Python (20 minutes from nothing)
-	$(call say,"1/2 Rust tests: compiling them takes the most")
+test: build ## build and run the Rust and Python tests (about 20 minutes in a new clone)
+	$(call say,"1/2 Rust tests (most of the time is compilation)")
 	cargo test --release --locked --workspace
 	$(call say,"2/2 Python tests")
 	$(BIN)/python -m pytest --ignore tests/rl -m "not slow" --numprocesses auto --dist loadfile
 
-test-slow: build ## the tests that take a minute or more each
+test-slow: build ## run the slow tests, each of a minute or more
 	cargo test --release --locked --workspace -- --ignored
 	$(BIN)/python -m pytest --ignore tests/rl -m slow
 
-test-rl: build $(VENV)/.rl ## the tests of the extra [rl]; installs PyTorch (5 GB on disk)
+test-rl: build $(VENV)/.rl ## run the tests of the extra [rl]; installs PyTorch (5 GB on disk)
 	$(call say,"Python tests of the extra [rl]")
 	$(BIN)/python -m pytest tests/rl
 
-lint: $(VENV)/.packages ## formatting, clippy, ruff and mypy, all without exception
+lint: $(VENV)/.packages ## check formatting, clippy, ruff and mypy
 	$(call say,"Rust: rustfmt and clippy")
 	cargo fmt --all --check
 	cargo clippy --release --locked --workspace --all-targets -- --deny warnings
@@ -67,10 +67,10 @@ format: $(VENV)/.packages ## reformat Rust and Python
 	$(BIN)/ruff check --fix --quiet
 	$(BIN)/ruff format
 
-bench: build ## Criterion benchmarks of a step, a gradient and a fit
+bench: build ## run the Criterion benchmarks
 	cargo bench --locked
 
-lock: $(VENV)/.packages ## renew requirements*.lock from pyproject.toml (installs uv into .venv)
+lock: $(VENV)/.packages ## update requirements*.lock from pyproject.toml (installs uv into .venv)
 	$(PIP) install uv
 	$(BIN)/uv $(COMPILE) --extra dev --output-file requirements.lock pyproject.toml
 	$(BIN)/uv $(COMPILE) --extra rl --constraint requirements.lock --output-file requirements-rl.lock pyproject.toml
@@ -78,22 +78,22 @@ lock: $(VENV)/.packages ## renew requirements*.lock from pyproject.toml (install
 COMPILE := pip compile --quiet --upgrade --universal --python-version 3.10 --generate-hashes \
 	--no-annotate --no-emit-index-url --no-header
 
-clean: ## remove what was built and what the demo wrote
+clean: ## remove builds and the output of the demo
 	rm -rf $(VENV) target demo
 
 $(VENV)/.created:
 	$(call say,"Python environment in $(VENV)")
-	@command -v $(PYTHON) > /dev/null || { echo "there is no $(PYTHON): install Python 3.10 or newer"; exit 1; }
+	@command -v $(PYTHON) > /dev/null || { echo "$(PYTHON) is missing: install Python 3.10 or newer"; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 		{ echo "$$($(PYTHON) --version) is too old: 3.10 or newer is needed; PYTHON=python3.12 make ... chooses another"; exit 1; }
-	@command -v cargo > /dev/null || { echo "there is no cargo: install Rust as rustup.rs says"; exit 1; }
-	@command -v cc > /dev/null || { echo "there is no C linker (cc): on Debian, apt install gcc"; exit 1; }
+	@command -v cargo > /dev/null || { echo "cargo is missing: install Rust from rustup.rs"; exit 1; }
+	@command -v cc > /dev/null || { echo "a C linker (cc) is missing: on Debian, apt install gcc"; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || \
-		{ echo "$(PYTHON) cannot make environments: on Debian, apt install python3-venv"; exit 1; }
+		{ echo "$(PYTHON) cannot create environments: on Debian, apt install python3-venv"; exit 1; }
 	@touch $@
 
 $(VENV)/.packages: requirements.lock | $(VENV)/.created
-	$(call say,"Python packages from requirements.lock: 220 MB to fetch")
+	$(call say,"Python packages from requirements.lock (download of 220 MB)")
 	$(PIP) install --require-hashes -r requirements.lock
 	@touch $@
 

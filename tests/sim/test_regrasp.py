@@ -62,7 +62,8 @@ def test_a_regrasp_takes_a_second_without_a_wrench() -> None:
     rollout(env, [act(0.3, 0.0, 0.0)] * 5)
     steps = rollout(env, [act(1.0, 1.0, 1.0, to=(1.0, 0.5))] * AWAY)
     seen = Observation(np.array([row for row, _, _ in steps]))
-    # The gripper releases the object within the step, so that the first sample already has the speed of the last.
+    # The gripper releases the object within the step, so that the first sample already has the speed of the
+    # last.
     np.testing.assert_allclose(seen.twist, np.tile(seen.twist[0], (AWAY, 1)), atol=1e-12)
     assert seen.velocity[0, 0] > 0.2
     assert not seen.wrench.any()
@@ -100,7 +101,8 @@ def test_a_regrasp_causes_no_impulse_in_the_reading(
     env.close()
     columns = trundle.read(tmp_path / "r").episodes["episode_00"]
     t, force, torque = (columns[key] for key in ("t", "force_x", "torque_z"))
-    # The gripper releases the object 0.25 s after contact, which begins 0.4 s after the start of the recording.
+    # The gripper releases the object 0.25 s after contact, which begins 0.4 s after the start of the
+    # recording.
     away = np.isfinite(force) & (t > 0.65 + 1e-6)
     assert away.sum() > 240
     np.testing.assert_allclose(force[away], force[0], atol=1e-6)

@@ -49,7 +49,8 @@ def bare() -> Floats:
 SMOOTH = (5e-7, 8e-7)
 """Tolerance, m and rad, where forces change no faster than the table moves; measured 0.23 µm, 0.32 µrad."""
 ROUGH = {
-    # The transitions between sticking and sliding depend on the step: 30 and 83 µm, a fine one leaves 6 and 10.
+    # The transitions between sticking and sliding depend on the step:
+    # 30 and 83 µm, a fine one leaves 6 and 10.
     "coulomb_friction": (1e-4, 5e-5),
     "support_friction": (2e-4, 2e-4),
     # Dry friction along each of two axes: 55 and 58 µm, 123 and 44 µrad at a step of 1 ms.
