@@ -6,7 +6,12 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import hypothesis
 import pytest
+
+# A deadline would make tests fail on a slow or busy machine.
+hypothesis.settings.register_profile("trundle", deadline=None)
+hypothesis.settings.load_profile("trundle")
 
 RealData = Callable[[str], Path]
 
