@@ -9,7 +9,7 @@ from pathlib import Path
 
 import trundle
 from trundle import _native, diagnosis, input_checks
-from trundle.experiments.wide import diagnose
+from trundle.experiments.blind import diagnose
 
 __all__ = ["PACKAGE", "code_version", "of_diagnosis", "of_module", "of_package"]
 

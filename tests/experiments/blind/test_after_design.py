@@ -36,7 +36,7 @@ def test_a_tie_is_resolved_by_the_designed_push(tmp_path: Path, capsys: pytest.C
     kept = tmp_path / "out/proof/tied_tune_after.jsonl"
     head, *rows = map(json.loads, kept.read_text().splitlines())
     assert head["settings"]["alike"] is True
-    answers = {row["trial"]["push"]: row["found"] for row in rows}
+    answers = {row["push"]: row["answer"] for row in rows}
     assert list(answers) == ["designed", "as the others", "any grasp and heading"]
     assert answers["designed"]["tied"] == []
     assert [one["effect"] for one in answers["designed"]["missing"]] == ["floor_slope"]
@@ -51,7 +51,7 @@ def test_a_tie_is_resolved_by_the_designed_push(tmp_path: Path, capsys: pytest.C
     first = (tmp_path / "out/proof/tied_tune.jsonl").read_bytes()
     kept.write_text("".join(json.dumps(line) + "\n" for line in [head, *rows[1:]]))
     assert main([*command, "--after-design"]) == 0
-    again = {row["trial"]["push"]: row["found"] for row in map(json.loads, kept.read_text().splitlines()[1:])}
+    again = {row["push"]: row["answer"] for row in map(json.loads, kept.read_text().splitlines()[1:])}
     assert again == answers
     assert (tmp_path / "out/proof/tied_tune.jsonl").read_bytes() == first
 

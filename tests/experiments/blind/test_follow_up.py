@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,6 @@ import pytest
 import trundle
 from trundle.cli import main
 from trundle.experiments.blind import follow_up_tables
-from trundle.experiments.blind.case import PlannedCase, draw_case
-from trundle.experiments.blind.config import Settings
-from trundle.experiments.blind.families import FAMILIES
 from trundle.experiments.blind.family import HiddenEffect
 from trundle.experiments.blind.follow_up import (
     DESIGNED,
@@ -26,11 +25,13 @@ from trundle.experiments.blind.follow_up import (
     requested_experiment,
     restore_object,
 )
-from trundle.experiments.blind.instruments import episode_table, make_recording
+from trundle.experiments.blind.furniture.families import FAMILIES
+from trundle.experiments.blind.furniture.generator import draw, simulate_case
+from trundle.experiments.blind.furniture.scene import draw_scene
+from trundle.experiments.blind.furniture.simulation import episode_table, make_recording, simulate
 from trundle.experiments.blind.push import CONTACT_TIME_S, Grasp, Push, WrenchPush
-from trundle.experiments.blind.scene import draw_scene
+from trundle.experiments.blind.scene import Scene
 from trundle.experiments.blind.score import is_unambiguous
-from trundle.experiments.blind.world import simulate
 from trundle.experiments.results import rounded
 
 Row = dict[str, Any]
@@ -82,21 +83,22 @@ def test_results_without_pushes_are_reported() -> None:
         requested_experiment(old)
 
 
-SETTINGS = Settings("tune", 7, ("force_bias",), (), 1, 0, 0, 0, matters=1.5, episodes=2, alike=True)
+OPTIONS = {"matters": 1.5, "each_matters": 2.0, "attempts": 30, "episodes": 2, "alike": True}
 
 
 @cache
 def case(name: str = "force_bias") -> tuple[trundle.Recording, Row]:
     """Return a recording of two similar pushes and its sealed answer."""
-    drawn = draw_case(PlannedCase("case_0000", (name,), 7), SETTINGS)
-    assert drawn.recording is not None
-    return drawn.recording, json.loads(json.dumps(rounded(drawn.answer)))
+    planned = {"case": "case_0000", "names": [name], "seed": 7}
+    with tempfile.TemporaryDirectory() as folder:
+        truth = draw(planned, OPTIONS, Path(folder) / "case_0000")
+        return trundle.read(Path(folder) / "case_0000"), json.loads(json.dumps(rounded(truth)))
 
 
 def test_the_extended_recording_has_one_more_training_episode() -> None:
     before, truth = case()
-    scene, hidden = restore_object(truth, SETTINGS)
-    made = {kind: extend_recording(before, scene, hidden, kind, OF_TIE)[0] for kind in push_kinds(SETTINGS)}
+    scene, hidden = restore_object(truth, OPTIONS)
+    made = {kind: extend_recording(before, scene, hidden, kind, OF_TIE)[0] for kind in push_kinds(alike=True)}
     for longer in made.values():
         assert longer.metadata == before.metadata
         assert longer.metadata["split"]["held_out"] == ["episode_01"]
@@ -112,7 +114,7 @@ def test_the_extended_recording_has_one_more_training_episode() -> None:
 
 def test_the_further_push_has_the_same_object_and_effect() -> None:
     before, truth = case()
-    scene, hidden = restore_object(truth, SETTINGS)
+    scene, hidden = restore_object(truth, OPTIONS)
     again = episode_table(scene, hidden, 0, simulate(scene, hidden, 0))
     for column, values in before.episodes["episode_00"].items():
         np.testing.assert_allclose(again[column], values, atol=1e-3, err_msg=column)
@@ -137,7 +139,7 @@ def test_control_pushes_are_drawn_similarly_and_freely() -> None:
     assert not like.amplitude[2].any()
     assert free.start != like.start
     assert free.amplitude[2].any()
-    assert push_kinds(Settings("tune", 7, (), (), 0, 0, 0, 0)) == (DESIGNED, RANDOM_SIMILAR)
+    assert push_kinds(alike=False) == (DESIGNED, RANDOM_SIMILAR)
     usual = next_push(draw_scene(7, 0, 3), RANDOM_SIMILAR, OF_TIE)
     assert isinstance(usual, Push)
     assert usual.amplitude[2].any()
@@ -155,10 +157,15 @@ def test_similar_pushes_do_not_rotate_the_object() -> None:
 def test_each_episode_has_its_own_initial_caster_angle() -> None:
     caster = FAMILIES["caster_swivel"]
     values: Row = {"point": [0.1, 0.0], "trail": 0.05, "mu_side": 80.0, "first": [0.1, 0.2]}
-    longer = caster.extended(values, np.random.default_rng(0))
+    longer = HiddenEffect(caster, values).extended(np.random.default_rng(0)).values
     assert longer["first"][:2] == values["first"]
     assert len(longer["first"]) == 3
     assert len(values["first"]) == 2
+
+
+def recorded(scene: Scene, hidden: list[HiddenEffect]) -> trundle.Recording:
+    """Return the recording of a scene."""
+    return make_recording(scene, hidden, simulate_case(scene, hidden), "case")
 
 
 def test_an_event_persists_in_the_further_episode() -> None:
@@ -166,8 +173,8 @@ def test_an_event_persists_in_the_further_episode() -> None:
     scene = draw_scene(7, 0, 2, alike=True)
     event = {"episode": 0, "time": 2.0, "mass": 5.0}
     hidden = HiddenEffect(FAMILIES["mass_change"], event)
-    heavy, of_heavy = extend_recording(make_recording(scene, [hidden]), scene, [hidden], DESIGNED, OF_TIE)
-    light, of_light = extend_recording(make_recording(scene, []), scene, [], DESIGNED, OF_TIE)
+    heavy, of_heavy = extend_recording(recorded(scene, [hidden]), scene, [hidden], DESIGNED, OF_TIE)
+    light, of_light = extend_recording(recorded(scene, []), scene, [], DESIGNED, OF_TIE)
     ends = [np.nanmean(made.episodes["episode_02"]["object_x"][-40:]) for made in (heavy, light)]
     assert abs(ends[0] - ends[1]) > 0.003
     assert of_heavy["force"] == of_light["force"] == pytest.approx(12.0)
@@ -181,14 +188,8 @@ def test_a_commanded_wrench_is_piecewise_linear() -> None:
     np.testing.assert_allclose(found[:, 2], found[:, 0] / 12.0, atol=1e-9)
 
 
-def test_later_settings_do_not_change_earlier_seals() -> None:
-    usual = Settings("tune", 7, (), (), 0, 0, 0, 0).plain()
-    assert not {"alike", "size"} & usual.keys()
-    assert SETTINGS.plain()["alike"] is True
-
-
 def rows(name: str, answers: dict[str, Row], truth: str = "floor_slope") -> tuple[Row, list[Row]]:
-    known = {"names": [truth], "foreign": False, "truth": []}
+    known = {"names": [truth], "outside": False, "truth": []}
     made = [
         {"case": name, "push": kind, "answer": one, "truth": known, "seconds": 1.0}
         for kind, one in answers.items()
@@ -225,19 +226,19 @@ def test_resolved_ties_are_counted_with_their_controls() -> None:
 
 
 def test_a_tie_with_the_true_name_is_right_but_unresolved() -> None:
-    truth = {"names": ["force_bias"], "foreign": False}
+    truth = {"names": ["force_bias"], "outside": False}
     assert not is_unambiguous(answered("floor_slope", tied=TIE), truth)
     assert is_unambiguous(answered("force_bias"), truth)
     assert not is_unambiguous(answered("floor_slope"), truth)
     twins = ["tracker_offset", "com_offset"]
-    moved = {"names": ["com_offset"], "foreign": False}
+    moved = {"names": ["com_offset"], "outside": False}
     assert is_unambiguous(answered("tracker_offset", tied=[twins]), moved)
     assert not is_unambiguous(answered("tracker_offset", tied=[[*twins, "swinging_load"]]), moved)
     assert not is_unambiguous(answered("tracker_offset"), moved)
 
 
 def test_equivalent_effects_share_their_probability() -> None:
-    moved: Row = {"names": ["com_offset"], "foreign": False, "truth": []}
+    moved: Row = {"names": ["com_offset"], "outside": False, "truth": []}
     both = answered("tracker_offset", p=0.8, tied=[["tracker_offset", "com_offset"]], twin=0.19)
     assert follow_up_tables.is_sure({"answer": both, "truth": moved})
     alone = answered("com_offset", p=0.8, twin=0.19)

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from trundle.cli import main
-from trundle.experiments.blind.benchmark import diagnose_one
 
 TINY = """
 format = "trundle-proof/1"
@@ -46,11 +45,14 @@ def test_cases_are_drawn_sealed_diagnosed_scored_and_resumed(
     document = (tmp_path / "out/tiny_tune.md").read_text()
     assert document.strip() == said.out.strip()
     assert sha in document
-    assert "3 recordings: 2 with one effect, 0 with two, 1 with none, 0 out of catalogue" in document
+    assert (
+        "3 recordings (2 one effect, 0 two effects, 0 three effects, 0 four effects, 1 clean, 0 out of"
+        in document
+    )
     assert (tmp_path / "out/images/tiny_tune_confusion.png").exists()
     head, *rows = map(json.loads, (kept / "tiny_tune.jsonl").read_text().splitlines())
-    assert head["settings"]["sha256"] == sha
-    assert sorted(row["trial"]["case"] for row in rows) == ["case_0000", "case_0001", "case_0002"]
+    assert head["sha256"] == sha
+    assert sorted(row["case"] for row in rows) == ["case_0000", "case_0001", "case_0002"]
     # No case names its hidden effect.
     for folder in (tmp_path / "work/tiny_tune/recordings").iterdir():
         text = (folder / "recording.toml").read_text()
@@ -58,9 +60,9 @@ def test_cases_are_drawn_sealed_diagnosed_scored_and_resumed(
         assert "bias" not in text
 
     # If one result and one recording are lost, only these are made again, with the same bytes.
-    rows.sort(key=lambda row: bool(row["found"]["missing"]))  # a consistent case is the fastest
-    lost = rows[0]["trial"]["case"]
-    before = {row["trial"]["case"]: row["found"] for row in rows}
+    rows.sort(key=lambda row: bool(row["answer"]["missing"]))  # a consistent case is the fastest
+    lost = rows[0]["case"]
+    before = {row["case"]: row["answer"] for row in rows}
     units = {path: json.loads(path.read_text()) for path in (tmp_path / "work/tiny_tune/units").iterdir()}
     mine = [path for path, content in units.items() if content["unit"] == lost]
     assert len(mine) == 2
@@ -69,7 +71,7 @@ def test_cases_are_drawn_sealed_diagnosed_scored_and_resumed(
     shutil.rmtree(tmp_path / "work/tiny_tune/recordings" / lost)
     assert command(tmp_path, "--quiet") == 0
     again = list(map(json.loads, (kept / "tiny_tune.jsonl").read_text().splitlines()))[1:]
-    assert {row["trial"]["case"]: row["found"] for row in again} == before
+    assert {row["case"]: row["answer"] for row in again} == before
     assert hashlib.sha256(sealed.read_bytes()).hexdigest() == sha
 
     # The page is redrawn from saved results, and only from sealed answers.
@@ -104,10 +106,3 @@ def test_a_missing_mujoco_is_named(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert command(tmp_path) == 2
     assert "trundle[mujoco]" in capsys.readouterr().err
-
-
-def test_an_error_names_the_case_without_the_folder(tmp_path: Path) -> None:
-    answer = diagnose_one("", tmp_path / "case_0003")["answer"]
-    assert answer["verdict"] == "refused"
-    assert "case_0003" in answer["reason"]
-    assert str(tmp_path) not in answer["reason"]

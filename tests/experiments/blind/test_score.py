@@ -9,15 +9,8 @@ import pytest
 
 from trundle.experiments.blind import figures, tables
 from trundle.experiments.blind.errors import parameter_errors, place_errors
-from trundle.experiments.blind.geometry import region_overlap
-from trundle.experiments.blind.score import (
-    confusion_label,
-    has_wrong_name,
-    is_false_alarm,
-    is_right,
-    named_probabilities,
-    relative_gain,
-)
+from trundle.experiments.blind.outline import region_overlap
+from trundle.experiments.blind.score import has_wrong_name, is_right, named_probabilities, relative_gain
 from trundle.experiments.statistics import calibration, share
 
 Row = dict[str, Any]
@@ -30,21 +23,23 @@ def named(
     return {"verdict": verdict, "missing": missing, "tied": tied or [], "held_out": None}
 
 
-def hidden(*names: str, foreign: bool = False, **more: Any) -> Row:
+def hidden(*names: str, outside: bool = False, **more: Any) -> Row:
     truth: list[Row] = [{"effect": n, "parameters": {"delay": 0.05}, "where": None} for n in names]
-    oracle = {"before": 0.03, "after": 0.003, "floor": None, "redraws": 0}
+    oracle = {"before": 0.03, "after": 0.003}
     return {
         "names": list(names),
-        "foreign": foreign,
+        "outside": outside,
         "truth": truth,
         "oracle": oracle,
         "gyration": 0.5,
+        "attempts": [{"reason": None}],
+        "max_tie": None,
         **more,
     }
 
 
 def row(answer: Row, truth: Row, case: str = "case_0000") -> Row:
-    return {"case": case, "answer": answer, "truth": truth, "seconds": 1.0}
+    return {"case": case, "answer": answer, "truth": truth, "cost": {"seconds": 1.0}}
 
 
 TIE = [["com_offset", "tracker_offset"]]
@@ -70,9 +65,9 @@ TIE = [["com_offset", "tracker_offset"]]
         (named(verdict="consistent"), hidden(), True),
         (named(verdict="unexplained"), hidden(), False),
         (named("latency"), hidden(), False),
-        (named(verdict="unexplained"), hidden("magnet", foreign=True), True),
-        (named("tether"), hidden("magnet", foreign=True), False),
-        (named(verdict="consistent"), hidden("magnet", foreign=True), False),
+        (named(verdict="unexplained"), hidden("magnet", outside=True), True),
+        (named("tether"), hidden("magnet", outside=True), False),
+        (named(verdict="consistent"), hidden("magnet", outside=True), False),
     ],
 )
 def test_right_answers(answer: Row, truth: Row, right: bool) -> None:
@@ -80,10 +75,9 @@ def test_right_answers(answer: Row, truth: Row, right: bool) -> None:
 
 
 def test_false_alarms_and_confident_wrong_names() -> None:
-    assert is_false_alarm(named("latency"))
-    assert is_false_alarm(named(verdict="unexplained"))
-    assert not is_false_alarm(named(verdict="consistent"))
-    magnet = hidden("magnet", foreign=True)
+    answers = [named("latency"), named(verdict="unexplained"), named(verdict="consistent")]
+    assert tables.figure(tables.FALSE_ALARMS, [row(answer, hidden()) for answer in answers]).hits == 2
+    magnet = hidden("magnet", outside=True)
     assert has_wrong_name(named("tether", p=0.95), magnet)
     assert not has_wrong_name(named("tether", p=0.85), magnet)
     assert not has_wrong_name(named(verdict="unexplained"), magnet)
@@ -105,10 +99,12 @@ def test_calibration_compares_probabilities_with_the_truth() -> None:
 
 
 def test_columns_of_the_confusion_matrix() -> None:
-    assert confusion_label(named("com_offset", tied=TIE), hidden("tracker_offset")) == "tracker_offset"
-    assert confusion_label(named("tether"), hidden("latency")) == "tether"
-    assert confusion_label(named("tether", "latency"), hidden("latency")) == "several"
-    assert confusion_label(named(verdict="consistent"), hidden("latency")) == "consistent"
+    assert (
+        figures.confusion_label(named("com_offset", tied=TIE), hidden("tracker_offset")) == "tracker_offset"
+    )
+    assert figures.confusion_label(named("tether"), hidden("latency")) == "tether"
+    assert figures.confusion_label(named("tether", "latency"), hidden("latency")) == "several"
+    assert figures.confusion_label(named(verdict="consistent"), hidden("latency")) == "consistent"
 
 
 def test_the_gain_is_logarithmic_and_relative_to_the_oracle() -> None:
@@ -120,7 +116,7 @@ def test_the_gain_is_logarithmic_and_relative_to_the_oracle() -> None:
     }
     assert relative_gain(answer, hidden("latency")) == pytest.approx(0.5)
     assert relative_gain(answer, hidden()) is None
-    assert relative_gain(answer, hidden("magnet", foreign=True)) is None
+    assert relative_gain(answer, hidden("magnet", outside=True)) is None
     assert relative_gain(named("latency"), hidden("latency")) is None
 
 
@@ -185,18 +181,18 @@ def test_shares_have_wilson_s_interval() -> None:
 def test_missed_targets_are_reported() -> None:
     rows = [row(named("latency"), hidden("latency"))] * 10 + [row(named("tether"), hidden("latency"))]
     rows += [row(named(verdict="consistent"), hidden())] * 300
-    text = tables.targets(rows)
+    text = tables.accuracy("furniture", rows)
     lines = {line.split("|")[1].strip(): line for line in text.splitlines()}
-    assert "**missed**" in lines["one effect: exactly its name, or a tie with it"]
-    assert "10 of 11" in lines["one effect: exactly its name, or a tie with it"]
+    assert "**missed**" in lines["one effect"]
+    assert "10 of 11" in lines["one effect"]
     assert lines["false alarms"].rstrip(" |").endswith("met")
-    assert "no case" in lines["two effects: exactly both names"]
+    assert "no case" in lines["two effects"]
 
 
 def test_figures_are_drawn_for_any_rows(tmp_path: Any) -> None:
     rows = [
         row(named("latency", p=0.8), hidden("latency")),
-        row(named("tether"), hidden("magnet", foreign=True)),
+        row(named("tether"), hidden("magnet", outside=True)),
         row(named(verdict="consistent"), hidden()),
     ]
     for paint in (figures.confusion, figures.reliability_diagram, figures.gains):

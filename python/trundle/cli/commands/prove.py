@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         type=Path,
         default=Path("docs"),
-        help="folder for proof.md, proof/ and images/ (default docs)",
+        help="folder of the page, of its results and of images/ (default docs)",
     )
     parser.add_argument(
         "--limits", action="store_true", help="measure detection limits instead of the main benchmark"
@@ -72,57 +72,17 @@ def run(args: argparse.Namespace) -> int:
     """Run the selected benchmark and write its document."""
     if importlib.util.find_spec("mujoco") is None:
         raise ValueError("`trundle prove` needs MuJoCo: pip install 'trundle[mujoco]'")
-    if args.limits and args.after_design:
-        raise ValueError("--after-design applies only to the main benchmark: remove --limits")
-    work = args.work or Path(tempfile.gettempdir()) / "trundle-prove"
-    if is_wide(args.config):
-        return run_wide(args, work)
-    if args.shares is not None:
-        raise ValueError(f"--shares applies only to a wide benchmark, and {args.config} is not one")
     from trundle.experiments.blind.run import prove
 
     text = prove(
         args.config,
         args.range,
-        work,
+        args.work or Path(tempfile.gettempdir()) / "trundle-prove",
         args.out,
         backend=select_backend(args),
         limits=args.limits,
         leave_out=args.leave_one_out,
         after_design=args.after_design,
-        fresh=args.fresh,
-        redraw=args.redraw,
-        quiet=args.quiet,
-    )
-    print(text)
-    return 0
-
-
-def is_wide(config: Path) -> bool:
-    """Return whether a settings file is that of a wide benchmark, by its `format`."""
-    from trundle.experiments.wide.config import FORMAT
-    from trundle.settings import parse
-
-    return bool(parse(config).get("format") == FORMAT)
-
-
-def run_wide(args: argparse.Namespace, work: Path) -> int:
-    """Run a wide benchmark and write its document."""
-    for option in ("limits", "leave_one_out", "after_design"):
-        if getattr(args, option):
-            raise ValueError(
-                f"--{option.replace('_', '-')} does not apply to a wide benchmark, such as {args.config}"
-            )
-    if args.shares is not None and args.shares < 1:
-        raise ValueError(f"--shares {args.shares}: must be at least 1")
-    from trundle.experiments.wide.run import prove_wide
-
-    text = prove_wide(
-        args.config,
-        args.range,
-        work,
-        args.out,
-        backend=select_backend(args),
         shares=args.shares,
         fresh=args.fresh,
         redraw=args.redraw,

@@ -1,10 +1,8 @@
-"""Run the first blind benchmark: draw cases, seal the truth, diagnose the recordings."""
+"""Run a blind benchmark: draw cases, seal the truth, diagnose the recordings, write the results."""
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -12,58 +10,52 @@ from typing import Any
 import trundle
 from trundle.experiments import versions
 from trundle.experiments.backends import Backend
-from trundle.experiments.blind.case import PlannedCase, draw_case, plan_cases, plan_limits
-from trundle.experiments.blind.config import Settings
+from trundle.experiments.blind.diagnose import diagnose_case
 from trundle.experiments.blind.follow_up import (
     extend_recording,
     push_kinds,
     requested_experiment,
     restore_object,
 )
-from trundle.experiments.blind.sealed import digest, folder_digest, open_sealed, seal
-from trundle.experiments.results import Row, read_trials, write_trials
+from trundle.experiments.blind.furniture import generator as furniture
+from trundle.experiments.blind.plan import plan_cases, plan_limits
+from trundle.experiments.blind.result_files import ResultFiles
+from trundle.experiments.blind.sealed import open_sealed, seal
+from trundle.experiments.blind.settings import Settings
+from trundle.experiments.blind.wide import generator as wide
+from trundle.experiments.results import Row
 from trundle.experiments.runner import Runner, Unit
 
-__all__ = ["BlindBenchmark", "run_benchmark"]
+__all__ = ["Benchmark", "code_versions", "run_benchmark"]
 
-Show = Callable[[str], object]
+GENERATORS = {"furniture": furniture.draw, "wide": wide.draw}
 
 
 @dataclass(frozen=True)
-class BlindBenchmark:
-    """Settings and folders of a benchmark.
+class Benchmark:
+    """Settings and folders of a benchmark, or of one of its shares.
 
     Attributes
     ----------
-    name : str
-        Prefix of its files.
     settings : Settings
     work : Path
         Folder of recordings and finished units.
-    results : Path
-        Folder of the results.
+    files : ResultFiles
     backend : Backend
+    limits : bool
+        Measure detection limits instead of the main benchmark.
     quiet : bool
     """
 
-    name: str
     settings: Settings
     work: Path
-    results: Path
+    files: ResultFiles
     backend: Backend
+    limits: bool = False
     quiet: bool = False
 
-    @property
-    def sealed(self) -> Path:
-        """File of the sealed truth, in the folder of results."""
-        return self.results / f"{self.name}.answers.json"
-
-    def file_of(self, part: str) -> Path:
-        """File of results: "" for the first diagnoses, "_without" and "_after" for the second ones."""
-        return self.results / f"{self.name}{part}.jsonl"
-
     def recording(self, case: str) -> Path:
-        """Folder of a case. Its name does not depend on the hidden effect."""
+        """Folder of a case. Its name does not depend on the hidden effects."""
         return self.work / "recordings" / case
 
     def run(self, label: str, version: str, units: Sequence[Unit]) -> list[Any]:
@@ -71,163 +63,108 @@ class BlindBenchmark:
         return Runner(self.work / "units", version, self.backend, self.quiet).run(label, units)
 
 
+def code_versions(settings: Settings) -> dict[str, str]:
+    """Return the versions of the generator and of the diagnosis, including the native code."""
+    generator = versions.of_module(f"blind/{settings.generator}/generator")
+    return {"generator": generator, "diagnosis": versions.of_diagnosis()}
+
+
 def run_benchmark(
-    proof: BlindBenchmark, *, limits: bool, leave_out: bool, after_design: bool = False, tell: Show
-) -> dict[str, Row]:
-    """Run the units without a result, and return the truth of each case.
+    benchmark: Benchmark,
+    tell: Callable[[str], object],
+    *,
+    leave_out: bool = False,
+    after_design: bool = False,
+) -> None:
+    """Run the units without a result, and write the results.
 
     The sealed truth is opened after all first diagnoses are finished.
     """
-    drawn = draw_all(proof, plan_limits(proof.settings) if limits else plan_cases(proof.settings))
-    sha = seal(proof.sealed, proof.settings.plain(), {case: one["truth"] for case, one in drawn.items()})
-    tell(f"{len(drawn)} cases drawn; answers sealed, SHA-256 {sha}")
-    digests = {case: one["digest"] for case, one in drawn.items() if one["digest"] is not None}
-    diagnose_all(proof, sha, "", [(case, digests[case], {}) for case in digests])
-    known = open_sealed(proof.sealed, sha)
+    settings, files = benchmark.settings, benchmark.files
+    truths = draw_all(benchmark)
+    sha = seal(files.sealed, settings.plain(), truths)
+    digests = {case: one["digest"] for case, one in truths.items() if one["digest"] is not None}
+    tell(f"{len(digests)} of {len(truths)} cases drawn; answers sealed, SHA-256 {sha}")
+    head = {"settings": settings.plain(), "code": code_versions(settings), "sha256": sha}
+    first = diagnose_all(benchmark, head, "", [(case, digests[case], {}) for case in digests])
+    known = open_sealed(files.sealed, sha)
     if leave_out:
-        alone = {case: known[case]["names"][0] for case in digests if len(known[case]["names"]) == 1}
-        trials = [
-            (case, digests[case], {"without": name})
-            for case, name in alone.items()
-            if name in proof.settings.effects
-        ]
-        diagnose_all(proof, sha, "_without", trials)
+        alone = [case for case in digests if len(known[case]["names"]) == 1 and not known[case]["outside"]]
+        trials = [(case, digests[case], {"without": known[case]["names"][0]}) for case in alone]
+        diagnose_all(benchmark, head, "_without", trials)
     if after_design:
-        diagnose_follow_ups(proof, sha, digests, known, tell)
-    return known
+        diagnose_follow_ups(benchmark, head, first, known, tell)
 
 
-def draw_all(proof: BlindBenchmark, planned: Sequence[PlannedCase]) -> dict[str, Row]:
-    """Draw the cases without a result; return the truth and the digest of each."""
-    units = [
-        Unit(
-            one.case,
-            draw_one,
-            {"planned": asdict(one), "settings": proof.settings.plain()},
-            {"folder": proof.recording(one.case)},
-            proof.recording(one.case),
-        )
-        for one in planned
-    ]
-    found = proof.run("drawing cases", versions.of_module("blind/case"), units)
-    return {one.case: drawn for one, drawn in zip(planned, found, strict=True)}
+def draw_all(benchmark: Benchmark) -> dict[str, Row]:
+    """Draw the cases without a result, and return all truths by case."""
+    settings = benchmark.settings
+    units = []
+    for one in plan_limits(settings) if benchmark.limits else plan_cases(settings):
+        folder = benchmark.recording(one.case)
+        arguments = {"planned": asdict(one), "options": settings.drawing()}
+        draw = GENERATORS[settings.generator]
+        units.append(Unit(one.case, draw, arguments, {"folder": folder}, folder))
+    found = benchmark.run("drawing", code_versions(settings)["generator"], units)
+    return {one["case"]: one for one in found}
 
 
-def draw_one(planned: Row, settings: Row, folder: Path) -> Row:
-    """Draw a case and write its recording; the digest is None if no draw was material."""
-    drawn = draw_case(
-        PlannedCase(**{**planned, "names": tuple(planned["names"])}), Settings.from_plain(settings)
-    )
-    if drawn.recording is None:
-        return {"truth": drawn.answer, "digest": None}
-    drawn.recording.write(folder, table="parquet")
-    return {"truth": drawn.answer, "digest": folder_digest(folder)}
+def diagnose_all(
+    benchmark: Benchmark, head: Row, part: str, trials: Sequence[tuple[str, str, Row]]
+) -> list[Row]:
+    """Diagnose recordings, given as (case, digest, further names of the trial); write and return the results.
 
-
-def diagnose_all(proof: BlindBenchmark, sha: str, part: str, trials: Sequence[tuple[str, str, Row]]) -> None:
-    """Diagnose recordings, given as (case, digest, further names of the trial), and write the results."""
-    units = [
-        Unit(case, diagnose_one, {"digest": digest, **more}, {"recording": proof.recording(case)})
-        for case, digest, more in trials
-    ]
-    found = proof.run("diagnosing", versions.of_diagnosis(), units)
+    A diagnosis receives only the recording and its digest.
+    """
+    settings = benchmark.settings
+    common = {"limit": settings.limit, "experiments": settings.generator == "furniture"}
+    units = []
+    for case, digest, more in trials:
+        arguments = {"digest": digest, **common, "without": list(more.values())}
+        units.append(Unit(case, diagnose_case, arguments, {"folder": benchmark.recording(case)}))
+    found = benchmark.run("diagnosing", head["code"]["diagnosis"], units)
     names = [{"case": case, **more} for case, _, more in trials]
-    write_results(proof, sha, part, names, found)
+    return benchmark.files.write(part, head, names, found)
 
 
 def diagnose_follow_ups(
-    proof: BlindBenchmark, sha: str, digests: dict[str, str], known: dict[str, Row], tell: Show
+    benchmark: Benchmark,
+    head: Row,
+    first: Sequence[Row],
+    known: dict[str, Row],
+    tell: Callable[[str], object],
 ) -> None:
     """Simulate each requested push, diagnose the longer recordings, and write the results.
 
     The request comes from the answer alone. Only the simulation uses the truth.
     """
-    asked = {one["case"]: requested_experiment(one) for one in read_trials(proof.file_of(""))[1]}
+    settings = benchmark.settings
+    asked = {row["case"]: requested_experiment(row["answer"]) for row in first}
     asked = {case: experiment for case, experiment in asked.items() if experiment is not None}
     tell(f"{len(asked)} answers request a push")
-    names = [{"case": case, "push": kind} for case in asked for kind in push_kinds(proof.settings)]
-    units = [
-        Unit(
-            f"{name['case']}, {name['push']}",
-            push_and_diagnose,
-            {
-                "settings": proof.settings.plain(),
-                "kind": name["push"],
-                "truth": known[name["case"]],
-                "experiment": asked[name["case"]],
-                "digest": digests[name["case"]],
-            },
-            {"recording": proof.recording(name["case"]), "longer": proof.work / "longer"},
-        )
-        for name in names
-    ]
-    version = f"{versions.of_module('blind/conduct')}-{versions.of_diagnosis()}"
-    write_results(proof, sha, "_after", names, proof.run("pushing and diagnosing", version, units))
-
-
-def write_results(
-    proof: BlindBenchmark, sha: str, part: str, names: Sequence[Row], found: Sequence[Row]
-) -> None:
-    """Write one file of results, or raise if the sealed truth has changed since it was sealed."""
-    if digest(proof.sealed) != sha:
-        raise trundle.TrundleError(
-            f"{proof.sealed}: the sealed file changed during the diagnoses: rerun with --fresh"
-        )
-    trials = [(name, one["answer"], one["cost"]) for name, one in zip(names, found, strict=True)]
-    write_trials(proof.file_of(part), {**proof.settings.plain(), "sha256": sha}, trials)
+    names = [{"case": case, "push": kind} for case in asked for kind in push_kinds(settings.alike)]
+    units = []
+    for name in names:
+        case, kind = name["case"], name["push"]
+        arguments = {
+            "options": settings.drawing(),
+            "limit": settings.limit,
+            "kind": kind,
+            "truth": known[case],
+            "experiment": asked[case],
+        }
+        folders = {"recording": benchmark.recording(case), "longer": benchmark.work / "longer"}
+        units.append(Unit(f"{case}, {kind}", push_and_diagnose, arguments, folders))
+    version = f"{versions.of_module('blind/follow_up')}-{head['code']['diagnosis']}"
+    benchmark.files.write("_after", head, names, benchmark.run("pushing and diagnosing", version, units))
 
 
 def push_and_diagnose(
-    settings: Row, kind: str, truth: Row, experiment: Row, digest: str, recording: Path, longer: Path
+    options: Row, limit: float, kind: str, truth: Row, experiment: Row, recording: Path, longer: Path
 ) -> Row:
     """Simulate one more push of a case's object, and diagnose the longer recording."""
-    asked = Settings.from_plain(settings)
-    made, effort = extend_recording(trundle.read(recording), *restore_object(truth, asked), kind, experiment)
-    folder = longer / f"{recording.name}_{push_kinds(asked).index(kind)}"
+    scene, hidden = restore_object(truth, options)
+    made, effort = extend_recording(trundle.read(recording), scene, hidden, kind, experiment)
+    folder = longer / f"{recording.name}_{push_kinds(options['alike']).index(kind)}"
     made.write(folder, table="parquet")
-    found = diagnose_one(digest, folder)
-    return {"answer": {**found["answer"], "effort": effort}, "cost": found["cost"]}
-
-
-def diagnose_one(digest: str, recording: Path, without: str | None = None) -> Row:
-    """Diagnose a folder through the public interface; return a summary of the answer and the duration, s."""
-    began = time.perf_counter()
-    try:
-        answer = summarize_answer(
-            trundle.diagnose(recording, without=[] if without is None else [without]).answer
-        )
-    except trundle.TrundleError as error:
-        nothing: Row = {key: [] for key in ("missing", "tied", "alternatives", "experiments")}
-        # The benchmark's folder must not appear in the answer.
-        answer = {"verdict": "refused", "reason": str(error).replace(f"{recording.parent}/", ""), **nothing}
-    return {"answer": answer, "cost": time.perf_counter() - began}
-
-
-def summarize_answer(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of `diagnosis.json` that scoring uses."""
-    names = ("effect", "probability", "parameters", "where", "explains")
-    held_out = answer["fit"]["held_out"] or {}
-    windows = answer["mismatch"]["windows"]
-    return {
-        "verdict": answer["verdict"],
-        "missing": [{name: one.get(name) for name in names} for one in answer["missing"]],
-        "tied": answer["tied"],
-        "alternatives": [{k: one[k] for k in ("effect", "probability")} for one in answer["alternatives"]],
-        "experiments": [summarize_experiment(one) for one in answer["experiments"]],
-        "mismatch": {
-            "body_point": answer["mismatch"]["body_point"],
-            "world_region": answer["mismatch"]["world_region"],
-            "strength": max((window["strength"] for window in windows), default=0.0),
-        },
-        "held_out": {
-            when: {k: v for k, v in figures.items() if v is None or math.isfinite(v)}
-            for when, figures in held_out.items()
-        },
-    }
-
-
-def summarize_experiment(experiment: dict[str, Any]) -> dict[str, Any]:
-    """Return the parts of a proposed experiment that simulating and scoring it use."""
-    names = ("grasp", "direction", "start", "profile", "knots")
-    pushes = [{name: push[name] for name in names} for push in experiment["pushes"]]
-    return {**{name: experiment[name] for name in ("models", "separation", "sure")}, "pushes": pushes}
+    return {**diagnose_case(truth["digest"], limit, folder, experiments=True), "effort": effort}

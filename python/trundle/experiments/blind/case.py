@@ -2,163 +2,121 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import trundle
-from trundle.experiments.blind.config import Settings
-from trundle.experiments.blind.families import FAMILIES
-from trundle.experiments.blind.family import HiddenEffect
-from trundle.experiments.blind.geometry import visited_cells
-from trundle.experiments.blind.instruments import make_recording
-from trundle.experiments.blind.oracle import nominal_misfit, oracle_misfit
-from trundle.experiments.blind.scene import Scene, draw_scene
-from trundle.experiments.blind.score import INDISTINGUISHABLE_PAIR
-from trundle.experiments.blind.world import Motion, simulate
+from trundle.experiments.blind.family import HiddenEffect, Values
+from trundle.experiments.blind.oracle import oracle_misfits, rejection_reason
+from trundle.experiments.blind.scene import Scene
+from trundle.experiments.blind.sealed import folder_digest
 
-__all__ = ["DrawnCase", "PlannedCase", "draw_case", "plan_cases", "plan_limits"]
+__all__ = ["Generator", "PlannedCase", "draw_case"]
 
-
-INDISTINGUISHABLE_PAIRS = (INDISTINGUISHABLE_PAIR, {"second_wheel", "wheel_event"})
-"""Pairs of effects that are never hidden together.
-
-The data cannot distinguish the first pair. The second would hide two wheels of which one changes; two wheels
-equal one wheel and a rotational damping only if neither changes.
-"""
+Motions = Sequence[Any]
+"""Simulated episodes, in a form of the generator."""
 
 
 @dataclass(frozen=True)
 class PlannedCase:
-    """A case to draw: an uninformative name, its families, its seed, and the scale of the effect."""
+    """A case to draw: an uninformative name, hidden families, a seed, an engine, the size of the effect."""
 
     case: str
     names: tuple[str, ...]
     seed: int
+    engine: str = "mujoco"
     size: float = 1.0
 
 
 @dataclass(frozen=True)
-class DrawnCase:
-    """A drawn case; `recording` is None if no draw was material."""
+class Generator:
+    """Functions that make recordings.
 
-    recording: trundle.Recording | None
-    answer: dict[str, Any]
-
-
-def plan_cases(settings: Settings) -> list[PlannedCase]:
-    """Return all cases in random order."""
-    rng = np.random.default_rng([settings.first, 4])
-    kinds: list[tuple[str, ...]] = [()] * settings.clean
-    kinds += [(name,) for name in settings.effects for _ in range(settings.singles)]
-    kinds += [(name,) for name in settings.foreign for _ in range(settings.foreigns)]
-    pairs = [(a, b) for a, b in combinations(settings.effects, 2) if {a, b} not in INDISTINGUISHABLE_PAIRS]
-    kinds += [pairs[int(rng.integers(len(pairs)))] for _ in range(settings.pairs)]
-    order = rng.permutation(len(kinds))
-    return [
-        PlannedCase(f"case_{k:04}", kinds[i], settings.first + k, settings.size) for k, i in enumerate(order)
-    ]
-
-
-def plan_limits(settings: Settings) -> list[PlannedCase]:
-    """Return the cases of the detection limits. Every scale has the same draws."""
-    base = settings.first + 100_000
-    cases = [
-        (name, k, size)
-        for name in settings.effects
-        for k in range(settings.limited)
-        for size in settings.sizes
-    ]
-    order = np.random.default_rng([base, 4]).permutation(len(cases))
-    found = []
-    for k, i in enumerate(order):
-        name, number, size = cases[i]
-        seed = base + 1000 * settings.effects.index(name) + number
-        found.append(PlannedCase(f"case_{k:04}", (name,), seed, size))
-    return found
-
-
-def draw_case(planned: PlannedCase, settings: Settings) -> DrawnCase:
-    """Draw a case until its effects are material."""
-    for attempt in range(settings.attempts):
-        scene = draw_scene(planned.seed, attempt, settings.episodes, alike=settings.alike)
-        bare = [simulate(scene, [], k) for k in range(settings.episodes)]
-        hidden = draw_effects(planned, scene, bare, attempt)
-        if hidden is None:
-            continue
-        made, oracle = evaluate_oracle(scene, hidden, bare, planned.case)
-        if not hidden or is_material(oracle, settings):
-            return finish_case(planned, scene, hidden, made, {**oracle, "redraws": attempt})
-    return DrawnCase(None, {"names": list(planned.names), "seed": planned.seed, "redraws": settings.attempts})
-
-
-def draw_effects(
-    planned: PlannedCase, scene: Scene, bare: Sequence[Motion], attempt: int
-) -> list[HiddenEffect] | None:
-    """Return the hidden effects with their values; None if an effect does not fit this scene."""
-    paths = [one.pose for one in bare]
-    hidden = []
-    for k, name in enumerate(planned.names):
-        rng = np.random.default_rng([planned.seed, attempt, 3, k])
-        values = FAMILIES[name].draw(rng, scene, paths)
-        if not values:
-            return None
-        hidden.append(HiddenEffect(FAMILIES[name], values))
-    return hidden
-
-
-def evaluate_oracle(
-    scene: Scene, hidden: Sequence[HiddenEffect], bare: Sequence[Motion], name: str
-) -> tuple[trundle.Recording, dict[str, Any]]:
-    """Return the recording, and the held-out misfits of the nominal model and of the true models."""
-    if not hidden:
-        return make_recording(scene, [], bare, name), {}
-    made = make_recording(scene, hidden, name=name)
-    before, after = nominal_misfit(made, scene), oracle_misfit(made, scene, hidden)
-    floor = nominal_misfit(make_recording(scene, [], bare), scene) if after is None else None
-    singles = [oracle_misfit(made, scene, [one]) for one in hidden] if len(hidden) > 1 else []
-    return made, {"before": before, "after": after, "floor": floor, "singles": singles}
-
-
-def is_material(oracle: dict[str, Any], settings: Settings) -> bool:
-    """Return whether the hidden effects of a case are material.
-
-    If the catalogue has no law for an effect, the reference is the misfit of the nominal model on the same
-    scene without the effect.
+    Attributes
+    ----------
+    draw_scene : callable
+        Returns the scene of an attempt, from the planned case and the options.
+    draw_effects : callable
+        Returns the hidden effects with their values; None if one does not fit the scene.
+    simulate : callable
+        Returns the motions of all episodes.
+    is_usable : callable
+        Returns whether the object moves as it should without the effects.
+    record : callable
+        Measures motions.
+    describe : callable
+        Returns what the truth holds in addition to the common values.
     """
-    after = oracle["floor"] if oracle["after"] is None else oracle["after"]
-    alone = [single for single in oracle["singles"] if single is not None]
-    if not math.isfinite(oracle["before"]) or oracle["before"] < settings.matters * after:
-        return False
-    return all(single >= settings.each_matters * after for single in alone)
+
+    draw_scene: Callable[[PlannedCase, int, Values], Scene]
+    draw_effects: Callable[[PlannedCase, int, Scene, Motions], list[HiddenEffect] | None]
+    simulate: Callable[[Scene, Sequence[HiddenEffect]], Motions]
+    is_usable: Callable[[Motions], bool]
+    record: Callable[[Scene, Sequence[HiddenEffect], Motions, str], trundle.Recording]
+    describe: Callable[[PlannedCase, Scene, Sequence[HiddenEffect], Motions], Values]
 
 
-def finish_case(
-    planned: PlannedCase,
-    scene: Scene,
-    hidden: list[HiddenEffect],
-    made: trundle.Recording,
-    oracle: dict[str, Any],
-) -> DrawnCase:
-    """Return the case, with the effects scaled to the planned size."""
-    final = [one.scaled(planned.size) for one in hidden] if planned.size != 1.0 else hidden
-    if final is not hidden:
-        made = make_recording(scene, final, name=planned.case)
-        oracle = {**oracle, "before": nominal_misfit(made, scene), "after": oracle_misfit(made, scene, final)}
-    truth = [
-        {"effect": one.family.name, **one.family.truth(scene, one.values), "values": one.values}
-        for one in final
-    ]
-    answer = {
+def draw_case(make: Generator, planned: PlannedCase, options: Values, folder: Path) -> dict[str, Any]:
+    """Draw a case until it is material, write its recording, and return the truth and all attempts.
+
+    The digest of the recording is None if no draw was material.
+    """
+    matters, each_matters = options["matters"], options["each_matters"]
+    common = {
+        "case": planned.case,
         "names": list(planned.names),
-        "foreign": any(one.family.out_of_catalogue for one in final),
         "seed": planned.seed,
-        "size": planned.size,
-        "truth": truth,
+        "engine": planned.engine,
+    }
+    tried: list[Values] = []
+    for attempt in range(options["attempts"]):
+        scene = make.draw_scene(planned, attempt, options)
+        bare = make.simulate(scene, [])
+        hidden = make.draw_effects(planned, attempt, scene, bare)
+        if hidden is None or not make.is_usable(bare):
+            tried.append(attempt_record(scene, "no place" if hidden is None else "hardly moves"))
+            continue
+        seen, oracle, reason = make.simulate(scene, hidden) if hidden else bare, {}, None
+        if hidden:
+            oracle = oracle_misfits(recorder(make, seen, bare), scene, hidden, matters)
+            reason = rejection_reason(oracle, matters, each_matters)
+        tried.append(attempt_record(scene, reason))
+        if reason is not None:
+            continue
+        if hidden and planned.size != 1.0:
+            hidden = [one.scaled(planned.size) for one in hidden]
+            seen = make.simulate(scene, hidden)
+            oracle = oracle_misfits(recorder(make, seen, bare), scene, hidden, matters)
+        make.record(scene, hidden, seen, planned.case).write(folder, table="parquet")
+        truth = {**case_truth(scene, hidden, oracle), **make.describe(planned, scene, hidden, seen)}
+        return {**common, **truth, "attempts": tried, "digest": folder_digest(folder)}
+    return {**common, "attempts": tried, "digest": None}
+
+
+def recorder(make: Generator, seen: Motions, bare: Motions) -> Callable[..., trundle.Recording]:
+    """Return a function that measures the motions with the hidden effects, or those without any."""
+    return lambda scene, hidden: make.record(scene, hidden, seen if hidden else bare, "oracle")
+
+
+def attempt_record(scene: Scene, reason: str | None) -> Values:
+    """Return the record of an attempt: the class of its instrument, and the reason for its rejection."""
+    instrument = scene.instrument
+    return {
+        "reason": reason,
+        "rate": instrument.rate_class,
+        "noise": instrument.noise_class,
+        "frame": instrument.frame,
+        "contact": instrument.contact,
+    }
+
+
+def case_truth(scene: Scene, hidden: Sequence[HiddenEffect], oracle: Values) -> Values:
+    """Return the truth that all generators have."""
+    return {
+        "outside": any(one.family.out_of_catalogue for one in hidden),
+        "truth": [{"effect": one.family.name, **in_table_time(scene, one.truth(scene))} for one in hidden],
         "oracle": oracle,
         "gyration": scene.shape.gyration,
         "mass": scene.mass,
@@ -166,8 +124,12 @@ def finish_case(
         "feet_told": scene.feet_given,
         "shape": scene.shape.kind,
     }
-    if "floor_patch" in planned.names:
-        answer["visited"] = visited_cells(
-            scene, [simulate(scene, final, k).pose for k in range(len(scene.pushes))]
-        )
-    return DrawnCase(made, answer)
+
+
+def in_table_time(scene: Scene, truth: Values) -> Values:
+    """Return a truth with event times in the time of the table."""
+    event = (truth["where"] or {}).get("event")
+    if event is None or not scene.clock:
+        return truth
+    late = scene.clock[int(event["episode"].removeprefix("episode_"))]
+    return {**truth, "where": {**truth["where"], "event": {**event, "time": event["time"] + late}}}

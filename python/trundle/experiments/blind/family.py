@@ -2,88 +2,122 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import mujoco
 import numpy as np
 
-from trundle.experiments.blind.scene import Scene
-from trundle.experiments.sampling import Floats
+from trundle.experiments.blind.readings import Readings
+from trundle.experiments.blind.scene import ENGINES, Scene, Wheel, draw_point
+from trundle.experiments.sampling import Floats, log_uniform
 
-__all__ = ["EpisodeContext", "Family", "HiddenEffect", "Hook", "Values"]
+__all__ = [
+    "ANGLE",
+    "UNDER_OBJECT",
+    "Context",
+    "Draw",
+    "Family",
+    "HiddenEffect",
+    "Hook",
+    "Kinematics",
+    "Values",
+    "Wrench",
+    "by_name",
+    "draws",
+    "event_place",
+    "log",
+    "uniform",
+]
 
 Values: TypeAlias = dict[str, Any]
+Wrench: TypeAlias = tuple[float, float, float]
 Hook: TypeAlias = Callable[[mujoco.MjData], None]
+Draw: TypeAlias = Callable[[np.random.Generator, Scene, Sequence[Floats]], Any]
+"""Returns a random value. The last argument holds the poses (n, 3) of each episode without the effect."""
+
+
+class Kinematics(NamedTuple):
+    """Pose and twist of the object's origin, world axes; `c` and `s` are cosine and sine of the heading."""
+
+    x: float
+    y: float
+    c: float
+    s: float
+    vx: float
+    vy: float
+    omega: float
+    theta: float
+
+    @classmethod
+    def of(cls, state: Sequence[float]) -> Kinematics:
+        """Return the pose and twist of a state [x, y, θ, v_x, v_y, ω, …]."""
+        x, y, theta, vx, vy, omega = state[:6]
+        return cls(x, y, math.cos(theta), math.sin(theta), vx, vy, omega, theta)
 
 
 @dataclass(frozen=True)
-class EpisodeContext:
-    """The world under construction, its object, and the scene and number of the episode."""
+class Context:
+    """The scene and the number of the episode; in MuJoCo also the world under construction and its object."""
 
-    spec: Any
-    table: Any
     scene: Scene
     episode: int
+    spec: Any = None
+    table: Any = None
 
 
-class Family(ABC):
-    """An effect that is hidden in recordings. Subclasses override what their effect changes.
+@dataclass(frozen=True)
+class Family:
+    """An effect that is hidden in recordings. Functions that are None change nothing.
 
     Attributes
     ----------
     name : str
         The catalogue's name of the effect, or a name of its own if it is out of catalogue.
-    out_of_catalogue : bool
-        Whether the catalogue has no law for the effect.
+    draw : callable
+        Returns random values, or none if the scene has no place for the effect.
     scales : tuple of str
         Values proportional to the size of the effect; at zero there is no effect.
+    out_of_catalogue : bool
+        Whether the catalogue has no law for the effect. The correct answer is then "unexplained".
+    resize, extend : callable, optional
+        Return the values of the effect `size` times as strong; or with one more episode.
+    build, hook : callable, optional
+        Add the effect to a MuJoCo world; return a function to call before each step of MuJoCo.
+    force : callable, optional
+        Returns force and moment about the object's origin, world axes, which every engine applies.
+    distort : callable, optional
+        Returns distorted readings.
+    parameters, where : callable, optional
+        The truth in the terms of `diagnosis.json`. By default the values are the parameters.
+    laws : callable, optional
+        Returns the `[[effect]]` tables of the true model. By default one with the parameters.
+    merge_wheel : callable, optional
+        Returns the one wheel that is nearly equivalent to a wheel and this effect.
+    engines : tuple of str
+        Engines that simulate the effect.
+    reads : bool
+        Whether `draw` receives the wrenches (n, 3) instead of the poses.
     """
 
-    name: ClassVar[str]
-    out_of_catalogue: ClassVar[bool] = False
-    scales: ClassVar[tuple[str, ...]] = ()
-
-    @abstractmethod
-    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return random values. `paths` are the poses (n, 3) of each episode without the effect."""
-
-    def scaled(self, values: Values, size: float) -> Values:
-        """Return the values of the effect `size` times as strong."""
-        return {**values, **{name: size * values[name] for name in self.scales}}
-
-    def extended(self, values: Values, rng: np.random.Generator) -> Values:
-        """Return the values extended by one episode, if they differ between episodes."""
-        return values
-
-    def add_to_world(self, context: EpisodeContext, values: Values) -> None:  # noqa: B027, optional
-        """Add the effect's bodies, joints, springs and actuators to the MuJoCo world."""
-
-    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:  # noqa: B027, optional
-        """Return a function to call before every step, or None."""
-
-    def distort(self, seen: Any, context: EpisodeContext, values: Values) -> Any:
-        """Return the readings as distorted by the effect."""
-        return seen
-
-    def truth(self, scene: Scene, values: Values) -> Values:
-        """Return `parameters` and `where` in the terms of `diagnosis.json`, as plain numbers.
-
-        By default the values are the parameters, and the effect has no place. A family outside the catalogue
-        has no parameters.
-        """
-        return {"parameters": {} if self.out_of_catalogue else dict(values), "where": None}
-
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the `[[effect]]` tables of the true model; empty if the catalogue has no law for the effect.
-
-        By default one table with the parameters of `truth`.
-        """
-        if self.out_of_catalogue:
-            return []
-        return [{"kind": self.name, **self.truth(scene, values)["parameters"]}]
+    name: str
+    draw: Draw
+    scales: tuple[str, ...] = ()
+    out_of_catalogue: bool = False
+    resize: Callable[[Values, float], Values] | None = None
+    extend: Callable[[Values, np.random.Generator], Values] | None = None
+    build: Callable[[Context, Values], None] | None = None
+    hook: Callable[[Any, Context, Values], Hook | None] | None = None
+    force: Callable[[Context, Values, float, Kinematics], Wrench] | None = None
+    distort: Callable[[Readings, Context, Values], Readings] | None = None
+    parameters: Callable[[Scene, Values], Values] | None = None
+    where: Callable[[Scene, Values], Values | None] | None = None
+    laws: Callable[[Scene, Values], list[Values]] | None = None
+    merge_wheel: Callable[[Wheel, Values], Wheel] | None = None
+    engines: tuple[str, ...] = ENGINES
+    reads: bool = False
 
 
 @dataclass(frozen=True)
@@ -95,4 +129,78 @@ class HiddenEffect:
 
     def scaled(self, size: float) -> HiddenEffect:
         """Return the effect `size` times as strong."""
-        return HiddenEffect(self.family, self.family.scaled(self.values, size))
+        family, values = self.family, self.values
+        if family.resize is not None:
+            return HiddenEffect(family, family.resize(values, size))
+        return HiddenEffect(family, {**values, **{name: size * values[name] for name in family.scales}})
+
+    def extended(self, rng: np.random.Generator) -> HiddenEffect:
+        """Return the effect with values for one more episode."""
+        extend = self.family.extend
+        return self if extend is None else HiddenEffect(self.family, extend(self.values, rng))
+
+    def hook(self, model: Any, context: Context) -> Hook | None:
+        """Return a function to call before every step of MuJoCo, or None."""
+        family, values = self.family, self.values
+        if family.hook is not None:
+            return family.hook(model, context, values)
+        force = family.force
+        if force is None:
+            return None
+
+        def apply(data: mujoco.MjData) -> None:
+            at = Kinematics.of([*data.qpos[:3].tolist(), *data.qvel[:3].tolist()])
+            data.qfrc_applied[:3] += force(context, values, float(data.time), at)
+
+        return apply
+
+    def distort(self, seen: Readings, context: Context) -> Readings:
+        """Return the readings as distorted by the effect."""
+        return seen if self.family.distort is None else self.family.distort(seen, context, self.values)
+
+    def parameters(self, scene: Scene) -> Values:
+        """Return the true parameters in the terms of `diagnosis.json`."""
+        if self.family.parameters is not None:
+            return self.family.parameters(scene, self.values)
+        return {} if self.family.out_of_catalogue else dict(self.values)
+
+    def truth(self, scene: Scene) -> Values:
+        """Return `parameters` and `where` in the terms of `diagnosis.json`, as plain numbers."""
+        where = None if self.family.where is None else self.family.where(scene, self.values)
+        return {"parameters": self.parameters(scene), "where": where}
+
+    def laws(self, scene: Scene) -> list[Values]:
+        """Return the `[[effect]]` tables of the true model; empty if the catalogue has no law."""
+        if self.family.laws is not None:
+            return self.family.laws(scene, self.values)
+        return [] if self.family.out_of_catalogue else [{"kind": self.family.name, **self.parameters(scene)}]
+
+
+def log(low: float, high: float) -> Draw:
+    """Draw a positive number that is uniform in its logarithm."""
+    return lambda rng, scene, paths: log_uniform(rng, low, high)
+
+
+def uniform(low: float, high: float) -> Draw:
+    """Draw a number that is uniform between two limits."""
+    return lambda rng, scene, paths: float(rng.uniform(low, high))
+
+
+def draws(**named: Draw) -> Draw:
+    """Draw values by name, in order."""
+    return lambda rng, scene, paths: {name: draw(rng, scene, paths) for name, draw in named.items()}
+
+
+ANGLE = uniform(-np.pi, np.pi)
+UNDER_OBJECT: Draw = lambda rng, scene, paths: list(draw_point(rng, scene.shape))  # noqa: E731
+"""Draws a point under the object."""
+
+
+def event_place(scene: Scene, values: Values) -> Values:
+    """Return the place of an event in an episode."""
+    return {"event": {"episode": f"episode_{values['episode']:02}", "time": values["time"]}}
+
+
+def by_name(*families: Family) -> Mapping[str, Family]:
+    """Return families by name."""
+    return {family.name: family for family in families}

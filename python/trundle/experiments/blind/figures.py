@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trundle.experiments import figure_style
-from trundle.experiments.blind.score import confusion_label, is_right, named_probabilities, relative_gain
+from trundle.experiments.blind.score import is_right, named_probabilities, names_of, relative_gain
 from trundle.experiments.results import Row
 from trundle.experiments.sampling import Floats
 from trundle.experiments.statistics import Share, calibration, share
@@ -45,6 +46,15 @@ def confusion(path: Path, rows: Sequence[Row]) -> None:
     figure_style.save(figure, path)
 
 
+def confusion_label(answer: Row, truth: Row) -> str:
+    """Return the column of an answer; a tie with the true name counts as that name."""
+    names = names_of(answer)
+    if answer["verdict"] != "explained" or len(names) > 1:
+        return "several" if len(names) > 1 else str(answer["verdict"])
+    near = {*names, *chain(*(tie for tie in answer["tied"] if names[0] in tie))}
+    return next((true for true in truth["names"] if true in near), names[0])
+
+
 def hidden_label(row: Row) -> str:
     """Return the hidden effects as one label."""
     return " + ".join(row["truth"]["names"]) or "nothing"
@@ -53,7 +63,7 @@ def hidden_label(row: Row) -> str:
 def sort_key(row: Row) -> tuple[int, str]:
     """Sort key: effects of the catalogue, then out-of-catalogue families, then clean recordings."""
     truth = row["truth"]
-    return (2 if not truth["names"] else 1 if truth["foreign"] else 0, hidden_label(row))
+    return (2 if not truth["names"] else 1 if truth["outside"] else 0, hidden_label(row))
 
 
 def reliability_diagram(path: Path, rows: Sequence[Row]) -> None:

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 import trundle
-from trundle.experiments.blind.config import Settings
-from trundle.experiments.blind.families import FAMILIES
 from trundle.experiments.blind.family import HiddenEffect
-from trundle.experiments.blind.instruments import episode_table
+from trundle.experiments.blind.furniture.families import FAMILIES
+from trundle.experiments.blind.furniture.scene import EPISODE_DURATION_S, draw_scene
+from trundle.experiments.blind.furniture.simulation import Motion, episode_table, simulate
 from trundle.experiments.blind.push import Grasp, Push, WrenchPush, draw_grasp, draw_push, low_excitation
-from trundle.experiments.blind.scene import Scene, draw_scene
-from trundle.experiments.blind.world import Motion, simulate
+from trundle.experiments.blind.scene import Scene
 from trundle.experiments.results import Row
 
 __all__ = ["DESIGNED", "extend_recording", "push_kinds", "requested_experiment", "restore_object"]
@@ -28,9 +27,9 @@ RANDOM_UNRESTRICTED = "any grasp and heading"
 """Control for recordings of low excitation: a random push without their restrictions."""
 
 
-def push_kinds(settings: Settings) -> tuple[str, ...]:
-    """Return the kinds of pushes: the requested one and the controls."""
-    return (DESIGNED, RANDOM_SIMILAR, RANDOM_UNRESTRICTED) if settings.alike else (DESIGNED, RANDOM_SIMILAR)
+def push_kinds(alike: bool) -> tuple[str, ...]:
+    """Return the kinds of pushes: the requested one, and controls of recordings of low or high excitation."""
+    return (DESIGNED, RANDOM_SIMILAR, RANDOM_UNRESTRICTED) if alike else (DESIGNED, RANDOM_SIMILAR)
 
 
 def requested_experiment(answer: Row) -> Row | None:
@@ -63,16 +62,13 @@ def separates_tie(models: Sequence[str], tied: Sequence[Sequence[str]]) -> bool:
     return any(all(set(model.split(" + ")) & set(group) for model in models) for group in tied)
 
 
-def restore_object(truth: Row, settings: Settings) -> tuple[Scene, list[HiddenEffect]]:
+def restore_object(truth: Row, options: Row) -> tuple[Scene, list[HiddenEffect]]:
     """Return the scene of a case and its hidden effects with values for one more episode."""
-    attempt = truth["oracle"]["redraws"]
-    scene = draw_scene(truth["seed"], attempt, settings.episodes, alike=settings.alike)
+    attempt = len(truth["attempts"]) - 1
+    scene = draw_scene(truth["seed"], attempt, options["episodes"], alike=options["alike"])
     rng = np.random.default_rng([truth["seed"], attempt, 5])
-    hidden = []
-    for one in truth["truth"]:
-        family = FAMILIES[one["effect"]]
-        hidden.append(HiddenEffect(family, family.extended(one["values"], rng)))
-    return scene, hidden
+    pairs = zip(truth["names"], truth["values"], strict=True)
+    return scene, [HiddenEffect(FAMILIES[name], values).extended(rng) for name, values in pairs]
 
 
 def extend_recording(
@@ -80,7 +76,11 @@ def extend_recording(
 ) -> tuple[trundle.Recording, Row]:
     """Return a recording with one more training episode with its own noise, and the effort of the push."""
     number = len(scene.pushes)
-    longer = replace(scene, pushes=(*scene.pushes, next_push(scene, kind, experiment)))
+    pushes, seconds = (
+        (*scene.pushes, next_push(scene, kind, experiment)),
+        (*scene.seconds, EPISODE_DURATION_S),
+    )
+    longer = replace(scene, pushes=pushes, seconds=seconds)
     true = simulate(longer, hidden, number)
     tables = {**recording.episodes, f"episode_{number:02}": episode_table(longer, hidden, number, true)}
     return trundle.Recording(recording.metadata, tables), push_effort(true)

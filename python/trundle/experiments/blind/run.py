@@ -1,4 +1,4 @@
-"""Run `trundle prove` from its settings file to its document."""
+"""Run `trundle prove` from its settings file to its page."""
 
 from __future__ import annotations
 
@@ -7,12 +7,16 @@ import sys
 from pathlib import Path
 
 from trundle.experiments.backends import Backend
-from trundle.experiments.blind.benchmark import BlindBenchmark, run_benchmark
-from trundle.experiments.blind.config import read
-from trundle.experiments.blind.document import write_document
+from trundle.experiments.blind.benchmark import Benchmark, code_versions, run_benchmark
+from trundle.experiments.blind.page import write_page
+from trundle.experiments.blind.result_files import ResultFiles
+from trundle.experiments.blind.settings import Settings, read
 from trundle.recording import TrundleError
 
 __all__ = ["prove"]
+
+RESULT_FOLDERS = {"furniture": "proof", "wide": "wide"}
+"""Folders of the results, by generator."""
 
 
 def prove(
@@ -25,50 +29,82 @@ def prove(
     limits: bool = False,
     leave_out: bool = False,
     after_design: bool = False,
+    shares: int | None = None,
     fresh: bool = False,
     redraw: bool = False,
     quiet: bool = False,
 ) -> str:
-    """Run the unfinished part of a blind benchmark, and write its document.
+    """Run the unfinished part of a blind benchmark, and write its page.
 
     Parameters
     ----------
     config : Path
         Settings file.
     which : str
-        Range of seeds in the file.
+        A range of the file.
     work : Path
-        Folder of recordings.
+        Folder of recordings and finished units; an interrupted run continues from it.
     out : Path
-        Folder of the document, of `proof/` (results) and of `images/`.
+        Folder of the page, of `proof/` or `wide/` (answers, sealed truth, costs) and of `images/`.
     backend : Backend
         Where cases are drawn and diagnosed.
     limits, leave_out, after_design : bool
         Run detection limits instead of the main benchmark; also diagnose without the true effect; also
-        simulate the pushes that diagnoses request.
+        simulate the pushes that diagnoses request. Only for furniture.
+    shares : int, optional
+        Largest number of shares to run: the first of those without results of this code version in `out`. By
+        default all of them. Only for a range with shares.
     fresh, redraw : bool
-        Discard earlier results; or only write the document.
+        Discard earlier results; or only write the page.
     quiet : bool
         Show no progress.
 
     Returns
     -------
     str
-        Text of the document.
+        The page, of the shares that have results.
     """
     settings = read(config, which)
+    options = {"limits": limits, "leave-one-out": leave_out, "after-design": after_design}
+    check_options(config, settings, options, shares)
     name = config.stem if which == "report" else f"{config.stem}_{which}"
+    folder = out / RESULT_FOLDERS[settings.generator]
+    files = {one: ResultFiles(folder, share_name(name, one)) for one in settings.parts()}
     if not redraw:
-        part = f"{name}_limits" if limits else name
-        proof = BlindBenchmark(part, settings, work / part, out / "proof", backend, quiet)
+        part = work / (f"{config.stem}_{settings.parent}" + "_limits" * limits)
         if fresh:
-            shutil.rmtree(proof.work, ignore_errors=True)
-            for later in ("_without", "_after"):
-                proof.file_of(later).unlink(missing_ok=True)
-        run_benchmark(proof, limits=limits, leave_out=leave_out, after_design=after_design, tell=print_status)
-    if not (out / "proof" / f"{name}.jsonl").exists() and redraw:
-        raise TrundleError(f"{out / 'proof' / name}.jsonl: no results to draw: run without --redraw")
-    return write_document(out, name)
+            shutil.rmtree(part, ignore_errors=True)
+        waiting = [one for one in files if fresh or one.share is None or not is_done(one, files[one])]
+        for one in waiting[:shares]:
+            mine = ResultFiles(folder, f"{name}_limits") if limits else files[one]
+            if fresh:
+                mine.remove("_without", "_after")
+            benchmark = Benchmark(one, part, mine, backend, limits, quiet)
+            run_benchmark(benchmark, print_status, leave_out=leave_out, after_design=after_design)
+    return write_page(out, name, list(files.values()))
+
+
+def share_name(name: str, settings: Settings) -> str:
+    """Return the prefix of the files of a range or a share."""
+    return name if settings.share is None else f"{name}_{settings.share:02}"
+
+
+def is_done(settings: Settings, files: ResultFiles) -> bool:
+    """Return whether a share has results of these settings and this code."""
+    return files.depend_on(settings.plain(), code_versions(settings))
+
+
+def check_options(config: Path, settings: Settings, options: dict[str, bool], shares: int | None) -> None:
+    """Raise an error if an option does not apply to a benchmark."""
+    if options["limits"] and options["after-design"]:
+        raise TrundleError("--after-design applies only to the main benchmark: remove --limits")
+    if settings.generator == "furniture" and shares is not None:
+        raise TrundleError(f"--shares applies only to a wide benchmark, and {config} is not one")
+    if shares is not None and shares < 1:
+        raise TrundleError(f"--shares {shares}: must be at least 1")
+    given = [name for name, value in options.items() if value]
+    if settings.generator == "wide" and given:
+        raise TrundleError(f"--{given[0]} does not apply to a wide benchmark, such as {config}")
 
 
 def print_status(text: str) -> None:

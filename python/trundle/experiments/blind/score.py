@@ -1,127 +1,119 @@
-"""Score answers against the truth: names, abstention, probabilities, and gain."""
+"""Score answers against the truth: names, ties, wrong names, probabilities and gain."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from itertools import permutations
-from typing import Any
+from collections.abc import Iterator, Sequence
+from itertools import chain, product
 
+from trundle.experiments.blind.families import INDISTINGUISHABLE_PAIRS
 from trundle.experiments.blind.oracle import misfit
 from trundle.experiments.results import Row
 
 __all__ = [
-    "INDISTINGUISHABLE_PAIR",
-    "confusion_label",
+    "CERTAIN_PROBABILITY",
+    "GROUPS",
+    "candidates",
+    "case_group",
     "has_wrong_name",
-    "is_false_alarm",
     "is_right",
     "is_unambiguous",
-    "is_unexplained",
-    "match_names",
-    "matches",
+    "named_effects",
     "named_probabilities",
+    "names_of",
     "relative_gain",
 ]
 
-
-INDISTINGUISHABLE_PAIR = frozenset({"com_offset", "tracker_offset"})
-"""Effects that in general no push distinguishes (docs/diagnosis.md): one motion of one rigid body."""
-
-
-def matches(named: str, true: str, tied: Sequence[Sequence[str]]) -> bool:
-    """Return whether a name is the true one or tied with it."""
-    return named == true or any(named in group and true in group for group in tied)
+MAX_TIE = 3
+"""Largest number of tied sets in a correct answer."""
+CERTAIN_PROBABILITY = 0.9
+"""Probability above which a name counts as certain."""
+GROUPS = ("one effect", "two effects", "three effects", "four effects", "clean", "out of catalogue")
 
 
-def match_names(answer: Row, names: Sequence[str]) -> list[Row] | None:
-    """Return the part of the answer for each true name; None unless the answer names exactly these."""
-    missing, tied = answer["missing"], answer["tied"]
-    if answer["verdict"] != "explained" or len(missing) != len(names):
-        return None
-    for order in permutations(missing):
-        if all(matches(one["effect"], name, tied) for one, name in zip(order, names, strict=True)):
-            return list(order)
-    return None
+def case_group(truth: Row) -> str:
+    """Return the member of `GROUPS` of a case."""
+    if truth["outside"]:
+        return "out of catalogue"
+    return ("clean", "one effect", "two effects", "three effects", "four effects")[len(truth["names"])]
+
+
+def names_of(answer: Row) -> list[str]:
+    """Return the named effects."""
+    return [str(one["effect"]) for one in answer.get("missing", [])]
+
+
+def max_tie(truth: Row) -> float:
+    """Return the largest number of tied sets in a correct answer to a case."""
+    most = truth.get("max_tie", MAX_TIE)
+    return math.inf if most is None else float(most)
+
+
+def candidates(answer: Row) -> set[frozenset[str]]:
+    """Return the sets of effects of an answer: the named set, and the sets tied with it."""
+    if answer["verdict"] != "explained":
+        return set()
+    names = names_of(answer)
+    choices = [{name, *chain(*(tie for tie in answer["tied"] if name in tie))} for name in names]
+    found = {frozenset(chosen) for chosen in product(*choices)}
+    for classes in answer.get("tied_sets", []):
+        sets = {frozenset(one) for one in classes}
+        found |= sets if frozenset(names) in sets else set()
+    return found
 
 
 def is_right(answer: Row, truth: Row) -> bool:
-    """Return whether an answer is correct: the names, "consistent", or "unexplained"."""
+    """Return whether an answer is the exact set or a small tie that contains it, or the correct verdict."""
+    if truth["outside"]:
+        return bool(answer["verdict"] == "unexplained")
     if not truth["names"]:
         return bool(answer["verdict"] == "consistent")
-    if truth["foreign"]:
-        return is_unexplained(answer)
-    return match_names(answer, truth["names"]) is not None
+    found = candidates(answer)
+    return len(found) <= max_tie(truth) and frozenset(truth["names"]) in found
 
 
 def is_unambiguous(answer: Row, truth: Row) -> bool:
     """Return whether an answer is correct and has no tie except the indistinguishable pair."""
     return is_right(answer, truth) and all(
-        INDISTINGUISHABLE_PAIR.issuperset(group) for group in answer["tied"]
+        INDISTINGUISHABLE_PAIRS[0].issuperset(tie) for tie in answer["tied"]
     )
 
 
-def is_false_alarm(answer: Row) -> bool:
-    """Return whether an answer reports a missing effect."""
-    return answer["verdict"] in ("explained", "unexplained")
-
-
-def is_unexplained(answer: Row) -> bool:
-    """Return whether an answer reports a missing effect without a name."""
-    return bool(answer["verdict"] == "unexplained")
-
-
-def has_wrong_name(answer: Row, truth: Row, above: float = 0.9) -> bool:
-    """Return whether a name with a probability above `above` is not in the recording."""
-    return any(probability > above and not right for probability, right in named_probabilities(answer, truth))
-
-
 def named_probabilities(answer: Row, truth: Row) -> list[tuple[float, bool]]:
-    """Return for each name its probability, and whether it is in the recording."""
+    """Return for each name its probability, and whether it or a tied effect is present."""
     if answer["verdict"] != "explained":
         return []
-    return [
-        (
-            float(one["probability"]),
-            any(matches(one["effect"], name, answer["tied"]) for name in truth["names"]),
-        )
-        for one in answer["missing"]
-    ]
+    true = set() if truth["outside"] else set(truth["names"])
+    found = []
+    for one in answer["missing"]:
+        ties = [tie for tie in answer["tied"] if one["effect"] in tie and len(tie) <= max_tie(truth)]
+        found.append((float(one["probability"]), bool({one["effect"], *chain(*ties)} & true)))
+    return found
 
 
-def confusion_label(answer: Row, truth: Row) -> str:
-    """Return an answer as a label of the confusion matrix; a tie with the true name counts as that name."""
-    if answer["verdict"] != "explained":
-        return str(answer["verdict"])
-    if len(answer["missing"]) > 1:
-        return "several"
-    (name,) = (one["effect"] for one in answer["missing"])
-    return next((true for true in truth["names"] if matches(name, true, answer["tied"])), str(name))
+def has_wrong_name(answer: Row, truth: Row) -> bool:
+    """Return whether a certain name is not in the recording."""
+    found = named_probabilities(answer, truth)
+    return any(probability > CERTAIN_PROBABILITY and not right for probability, right in found)
+
+
+def named_effects(rows: Sequence[Row]) -> Iterator[tuple[Row, Row, Row]]:
+    """Yield (part of the answer, truth of the effect, truth of the case) for names of correct answers."""
+    for row in rows:
+        truth, answer = row["truth"], row["answer"]
+        if truth["names"] and not truth["outside"] and is_right(answer, truth):
+            for true in truth["truth"]:
+                parts = [one for one in answer["missing"] if one["effect"] == true["effect"]]
+                yield from ((one, true, truth) for one in parts)
 
 
 def relative_gain(answer: Row, truth: Row) -> float | None:
-    """Return the held-out gain of the answer's model one second ahead relative to the oracle's.
-
-    Both are logarithms of ratios of misfits. None without an oracle.
-    """
-    oracle, held_out = truth["oracle"], answer.get("held_out")
-    if not truth["names"] or truth["foreign"] or not held_out or oracle.get("after") is None:
+    """Return the logarithmic held-out gain one second ahead, relative to the oracle's if there is one."""
+    oracle, held_out = truth["oracle"], answer.get("held_out") or {}
+    has_oracle = truth["names"] and not truth["outside"] and oracle.get("after") is not None
+    if not has_oracle or not {"before", "after"} <= held_out.keys():
         return None
     before, after = (misfit(held_out[when], truth["gyration"]) for when in ("before", "after"))
-    if not (math.isfinite(before) and math.isfinite(after)):
+    if not (math.isfinite(before) and math.isfinite(after) and after > 0.0):
         return None
     return math.log(before / after) / math.log(oracle["before"] / oracle["after"])
-
-
-def correct_effects(rows: Sequence[Row], name: str | None = None) -> list[tuple[Row, Row]]:
-    """Return (part of the answer, truth of the effect) of every correctly named effect."""
-    pairs: list[tuple[Row, Row]] = []
-    for row in rows:
-        truth, answer = row["truth"], row["answer"]
-        if not truth["names"] or truth["foreign"]:
-            continue
-        given = match_names(answer, truth["names"])
-        both: list[tuple[Any, Any]] = list(zip(given or [], truth["truth"], strict=False))
-        exact = [(one, true) for one, true in both if one["effect"] == true["effect"]]
-        pairs += [({**one, "_truth": truth}, true) for one, true in exact if name in (None, true["effect"])]
-    return pairs

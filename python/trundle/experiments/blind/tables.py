@@ -1,59 +1,70 @@
-"""Tables of a blind benchmark's document."""
+"""Tables of a blind benchmark's page."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from trundle.experiments.blind.errors import TARGETS, parameter_errors, place_errors
-from trundle.experiments.blind.push import EPISODE_DURATION_S
+from trundle.experiments.blind.errors import PLACE_TARGETS, meets_target, place_errors
 from trundle.experiments.blind.score import (
-    confusion_label,
+    CERTAIN_PROBABILITY,
+    GROUPS,
+    candidates,
+    case_group,
     has_wrong_name,
-    is_false_alarm,
     is_right,
-    is_unexplained,
-    named_probabilities,
+    names_of,
     relative_gain,
 )
 from trundle.experiments.markdown import table
 from trundle.experiments.results import Row
-from trundle.experiments.statistics import Share, calibration, median, share
+from trundle.experiments.statistics import Share, median, share
 
 __all__ = [
-    "by_effect",
-    "by_out_of_catalogue",
-    "calibration_table",
-    "case_counts",
+    "accuracy",
+    "costs",
     "detection_limits",
+    "engines_of",
+    "instruments",
     "leave_one_out",
-    "parameters",
-    "places",
-    "setup_text",
-    "targets",
+    "rejections",
+    "single_effects",
+    "tie_text",
     "wrong_answers",
 ]
 
 MIN_RELATIVE_GAIN = 0.8
 """Target of the held-out gain relative to the oracle's, in logarithm."""
-
-
-def clean(rows: Iterable[Row]) -> list[Row]:
-    """Return the cases without a hidden effect."""
-    return [row for row in rows if not row["truth"]["names"]]
-
-
-def out_of_catalogue(rows: Iterable[Row]) -> list[Row]:
-    """Return the cases with an out-of-catalogue effect."""
-    return [row for row in rows if row["truth"]["foreign"]]
-
-
-def catalogue_cases(rows: Iterable[Row], count: int) -> list[Row]:
-    """Return the cases with `count` effects of the catalogue."""
-    return [row for row in rows if len(row["truth"]["names"]) == count and not row["truth"]["foreign"]]
+FALSE_ALARMS = "false alarms"
+WRONG_NAME = "a wrong name above 0.9, of all recordings"
+WRONG_NAME_OUTSIDE = "a wrong name above 0.9, out of catalogue"
+GAIN = "gain at least 0.8 of the oracle's"
+AT_MOST = (FALSE_ALARMS, WRONG_NAME, WRONG_NAME_OUTSIDE)
+"""Figures with an upper limit."""
+TARGETS: dict[str, dict[str, float | None]] = {
+    "furniture": {
+        "one effect": 0.95,
+        "two effects": 0.80,
+        FALSE_ALARMS: 0.02,
+        "out of catalogue": 0.90,
+        WRONG_NAME_OUTSIDE: 0.05,
+        GAIN: 0.90,
+        **{f"{kind}: {direction} {limit}": 1.0 for kind, (direction, limit) in PLACE_TARGETS.items()},
+    },
+    "wide": {
+        "one effect": 0.95,
+        "two effects": 0.85,
+        "three effects": 0.7,
+        "four effects": None,
+        "clean": 0.99,
+        "out of catalogue": 0.9,
+        WRONG_NAME: 0.01,
+        GAIN: 0.90,
+    },
+}
+"""Figures of each benchmark with their targets."""
 
 
 def right_share(rows: Iterable[Row]) -> Share:
@@ -61,86 +72,61 @@ def right_share(rows: Iterable[Row]) -> Share:
     return share(is_right(row["answer"], row["truth"]) for row in rows)
 
 
-def setup_text(settings: Row) -> dict[str, str]:
-    """Return text fragments that describe the recordings."""
-    episodes, size = settings["episodes"], settings.get("size", 1.0)
-    same = "all with one initial pose and one grasp, without rotation"
-    ways = same if settings.get("alike") else "3 or 4 grasps"
-    smaller = f" The hidden effect then has {size:g} of that size. The targets below do not apply to it."
-    return {
-        "pushes": f"{episodes} episodes of {EPISODE_DURATION_S:g} s, {ways}",
-        "held_out": f"{min(2, episodes - 1)} held out",
-        "size": smaller if size != 1.0 else "",
-    }
+def wrong_share(rows: Iterable[Row]) -> Share:
+    """Return the share of answers with a certain name that is not in the recording."""
+    return share(has_wrong_name(row["answer"], row["truth"]) for row in rows)
 
 
-def case_counts(settings: Row, rows: Sequence[Row]) -> str:
-    """Return a sentence with the numbers of cases, the seeds, and the duration of the diagnoses."""
-    one, two = (len(catalogue_cases(rows, count)) for count in (1, 2))
-    counts = f"{one} with one effect, {two} with two, {len(clean(rows))} with none"
-    drawn = [row["truth"]["oracle"].get("redraws", 0) for row in rows if row["truth"]["names"]]
-    given_up = Counter(" + ".join(names) for names in settings["given_up"])
-    lost = ", ".join(f"{name} {count}" for name, count in sorted(given_up.items())) or "none"
-    seconds = [row["seconds"] for row in rows]
-    undone = f" {settings['undone']} sealed cases were not diagnosed." if settings["undone"] else ""
-    spent = f"{np.median(seconds):.1f} s (median), {np.max(seconds):.1f} s at most"
-    return (
-        f"Range of seeds: {settings['range']}, first seed {settings['first']}. {len(rows)} recordings: "
-        f"{counts}, {len(out_of_catalogue(rows))} out of catalogue. Immaterial draws that were drawn again: "
-        f"{sum(drawn)}; cases dropped after {settings['attempts']} draws: {lost}. Duration of a diagnosis: "
-        f"{spent}.{undone}"
-    )
+def of_group(rows: Iterable[Row], *names: str) -> list[Row]:
+    """Return the rows of groups."""
+    return [row for row in rows if case_group(row["truth"]) in names]
 
 
-def targets(rows: Sequence[Row]) -> str:
-    """Return the table of targets and results."""
-    gains = [gain for row in rows if (gain := relative_gain(row["answer"], row["truth"])) is not None]
-    lines = [
-        target_row(
-            "one effect: exactly its name, or a tie with it",
-            right_share(catalogue_cases(rows, 1)),
-            0.95,
-        ),
-        target_row("two effects: exactly both names", right_share(catalogue_cases(rows, 2)), 0.80),
-        target_row(
-            "false alarms", share(is_false_alarm(row["answer"]) for row in clean(rows)), 0.02, most=True
-        ),
-        target_row('out of catalogue: "unexplained"', right_share(out_of_catalogue(rows)), 0.90),
-        target_row(
-            "out of catalogue: a wrong name with probability above 0.9",
-            share(has_wrong_name(row["answer"], row["truth"]) for row in out_of_catalogue(rows)),
-            0.05,
-            most=True,
-        ),
-        target_row(
-            f"held-out gain at least {MIN_RELATIVE_GAIN} of the oracle's",
-            share(gain >= MIN_RELATIVE_GAIN for gain in gains),
-            0.90,
-        ),
-    ]
-    for kind, found in place_errors(rows).items():
-        reached = share(meets_limit(kind, value) for _, value in found)
-        lines.append(
-            [
-                f"{kind}: {' '.join(map(str, TARGETS[kind]))}",
-                "all",
-                reached.text(),
-                target_verdict(reached, 1.0),
-            ]
+def gains(rows: Iterable[Row]) -> list[float]:
+    """Return the relative gains of the answers that have one."""
+    found = (relative_gain(row["answer"], row["truth"]) for row in rows)
+    return [gain for gain in found if gain is not None]
+
+
+def figure(name: str, rows: Sequence[Row]) -> Share:
+    """Return a figure of the table of targets."""
+    if name in GROUPS:
+        return right_share(of_group(rows, name))
+    if name == FALSE_ALARMS:
+        clean = of_group(rows, "clean")
+        return share(row["answer"]["verdict"] in ("explained", "unexplained") for row in clean)
+    if name in (WRONG_NAME, WRONG_NAME_OUTSIDE):
+        return wrong_share(rows if name == WRONG_NAME else of_group(rows, "out of catalogue"))
+    if name == GAIN:
+        return share(gain >= MIN_RELATIVE_GAIN for gain in gains(rows))
+    kind = name.partition(":")[0]
+    return share(meets_target(kind, value) for _, value in place_errors(rows)[kind])
+
+
+def accuracy(generator: str, rows: Sequence[Row]) -> str:
+    """Return the targets and results, also by engine if there are several."""
+    engines = engines_of(rows)
+    lines = []
+    for name, target in TARGETS[generator].items():
+        parts = [[row for row in rows if row["truth"].get("engine") == engine] for engine in engines]
+        most = name in AT_MOST
+        aim = (
+            "–"
+            if target is None
+            else "all"
+            if target == 1.0
+            else f"{'≤' if most else '≥'} {100 * target:.0f} %"
         )
-    return table(["figure", "target", "result", ""], lines)
+        found = figure(name, rows)
+        verdict = "" if target is None else target_verdict(found, target, most=most)
+        lines.append([name, aim, found.text(), verdict, *(figure(name, part).text() for part in parts)])
+    return table(["figure", "target", "result", "", *engines], lines)
 
 
-def meets_limit(kind: str, value: float) -> bool:
-    """Return whether an error meets its target."""
-    direction, limit = TARGETS[kind]
-    return value <= limit if direction == "at most" else value >= limit
-
-
-def target_row(what: str, found: Share, target: float, *, most: bool = False) -> list[str]:
-    """Return a row of the table of targets."""
-    aim = f"{'≤' if most else '≥'} {100 * target:.0f} %"
-    return [what, aim, found.text(), target_verdict(found, target, most=most)]
+def engines_of(rows: Iterable[Row]) -> list[str]:
+    """Return the engines of a benchmark; none if there is only one."""
+    engines = sorted({row["truth"]["engine"] for row in rows if "engine" in row["truth"]})
+    return engines if len(engines) > 1 else []
 
 
 def target_verdict(found: Share, target: float, *, most: bool = False) -> str:
@@ -153,90 +139,108 @@ def target_verdict(found: Share, target: float, *, most: bool = False) -> str:
     return "**missed**" if not met else ("met" if sure else "met, interval reaches beyond")
 
 
-def by_effect(settings: Row, rows: Sequence[Row]) -> str:
-    """Return a row for each effect: correct names, other answers, gain, draws."""
+def tie_text(rows: Sequence[Row]) -> str:
+    """Return a sentence about the number of tied sets."""
+    right = [row["answer"] for row in of_group(rows, *GROUPS[:4]) if is_right(row["answer"], row["truth"])]
+    if not right:
+        return ""
+    mean = np.mean([len(candidates(answer)) for answer in right])
+    return f"Mean number of tied sets in correct answers: {mean:.2f} (1: no tie)."
+
+
+def instruments(rows: Sequence[Row]) -> str:
+    """Return correct answers by class of instrument."""
+    classes = {"rate_class": "rate of poses", "noise_class": "pose noise", "frame": "axes of the reading"}
+    kinds = {"clean": ("clean",), "effects": GROUPS[:4], "out of catalogue": ("out of catalogue",)}
     lines = []
-    for name in settings["effects"]:
-        mine = [row for row in catalogue_cases(rows, 1) if row["truth"]["names"] == [name]]
-        if not mine:
-            continue
-        gains = [gain for row in mine if (gain := relative_gain(row["answer"], row["truth"])) is not None]
-        factor = [row["truth"]["oracle"]["before"] / oracle_floor(row) for row in mine]
-        lines.append(
-            [
-                f"`{name}`",
-                right_share(mine).text(),
-                other_answers(mine, name),
-                median(gains).text(".2f") if gains else "no oracle",
-                f"{np.median(factor):.1f}",
-                f"{np.mean([row['truth']['oracle']['redraws'] for row in mine]):.1f}",
-            ]
-        )
-    head = ["effect", "correct", "other answers", "gain relative to the oracle", "oracle's factor", "redraws"]
-    return table(head, lines)
+    for key, label in {**classes, "contact": "contact"}.items():
+        for value in sorted({row["truth"]["instrument"][key] for row in rows}):
+            mine = [row for row in rows if row["truth"]["instrument"][key] == value]
+            shares = [right_share(of_group(mine, *names)).text() for names in kinds.values()]
+            lines.append([label, value, *shares, wrong_share(mine).text()])
+    return table(["class", "value", *kinds, "wrong name above 0.9"], lines)
 
 
-def oracle_floor(row: Row) -> float:
+def single_effects(rows: Sequence[Row]) -> str:
+    """Return a row for each single hidden effect: answers, gain, and how it was drawn."""
+    lines = []
+    for group in ("one effect", "out of catalogue"):
+        for effect in sorted({row["truth"]["names"][0] for row in of_group(rows, group)}):
+            mine = [row for row in of_group(rows, group) if row["truth"]["names"] == [effect]]
+            found = gains(mine)
+            factors = [row["truth"]["oracle"]["before"] / reference(row["truth"]["oracle"]) for row in mine]
+            redraws = [len(row["truth"]["attempts"]) - 1 for row in mine]
+            lines.append(
+                [
+                    f"`{effect}`",
+                    right_share(mine).text(),
+                    other_answers(row for row in mine if not is_right(row["answer"], row["truth"])),
+                    median(found).text(".2f") if found else "–",
+                    f"{np.median(factors):.1f}",
+                    f"{np.mean(redraws):.1f}",
+                    str(wrong_share(mine).hits),
+                ]
+            )
+    drawn = ["gain relative to the oracle", "oracle's factor", "redraws"]
+    return table(["hidden effect", "correct", "other answers", *drawn, "wrong name above 0.9"], lines)
+
+
+def reference(oracle: Row) -> float:
     """Return the misfit of the oracle, or without the effect if the catalogue has no law for it."""
-    oracle = row["truth"]["oracle"]
-    return float(oracle["floor"] if oracle["after"] is None else oracle["after"])
+    return float(oracle["floor"] if oracle.get("after") is None else oracle["after"])
 
 
-def other_answers(rows: Sequence[Row], name: str) -> str:
-    """Return the other answers with their counts."""
-    counts = Counter(confusion_label(row["answer"], row["truth"]) for row in rows)
-    counts.pop(name, None)
-    return ", ".join(f"{answer} {count}" for answer, count in counts.most_common()) or "–"
+def other_answers(rows: Iterable[Row]) -> str:
+    """Return answers with their counts."""
+    counts = Counter(answer_label(row["answer"]) for row in rows)
+    return ", ".join(f"{what} {count}" for what, count in sorted(counts.items())) or "–"
 
 
-def by_out_of_catalogue(rows: Sequence[Row]) -> str:
-    """Return a row for each out-of-catalogue family: abstentions and names."""
-    lines = []
-    for name in sorted({row["truth"]["names"][0] for row in out_of_catalogue(rows)}):
-        mine = [row for row in out_of_catalogue(rows) if row["truth"]["names"][0] == name]
-        sure = share(has_wrong_name(row["answer"], row["truth"]) for row in mine)
-        found = share(is_unexplained(row["answer"]) for row in mine)
-        lines.append([f"`{name}`", found.text(), other_answers(mine, "unexplained"), str(sure.hits)])
-    return table(["family", '"unexplained"', "other answers", "wrong name above 0.9"], lines)
-
-
-def places(rows: Sequence[Row]) -> str:
-    """Return the errors of places and times by effect."""
-    lines = []
-    for kind, found in place_errors(rows).items():
-        for effect in sorted({effect for effect, _ in found}):
-            values = [value for name, value in found if name == effect]
-            reached = share(meets_limit(kind, value) for value in values)
-            lines.append([kind, f"`{effect}`", median(values).text(".2g", "not given"), reached.text()])
-    return table(["place", "effect", "median", "within"], lines)
-
-
-def parameters(rows: Sequence[Row]) -> str:
-    """Return relative errors of values, and the coverage of intervals of two standard deviations."""
-    lines = []
-    for name, errors in sorted(parameter_errors(rows).items()):
-        sizes = [size for size, _ in errors if math.isfinite(size)]
-        held = share(z <= 2.0 for _, z in errors if math.isfinite(z))
-        lines.append([f"`{name}`", f"{median(sizes).text('.2g')}" if sizes else "–", held.text()])
-    return table(["value", "relative error, median", "within 2 sd"], lines)
-
-
-def calibration_table(rows: Sequence[Row]) -> str:
-    """Return the calibration of the probabilities of all names."""
-    answers = [one for row in rows for one in named_probabilities(row["answer"], row["truth"])]
-    lines = [[f"{p:.3f}", found.text()] for p, found in calibration(answers)]
-    return table(["mean probability", "correct"], lines)
+def answer_label(answer: Row) -> str:
+    """Return an answer as a short label."""
+    return (
+        " + ".join(sorted(names_of(answer))) if answer["verdict"] == "explained" else str(answer["verdict"])
+    )
 
 
 def wrong_answers(rows: Sequence[Row]) -> str:
     """Return all wrong answers."""
     lines = []
-    for row in rows:
-        if not is_right(row["answer"], row["truth"]):
-            names = " + ".join(row["truth"]["names"]) or "nothing"
-            given = ", ".join(f"{one['effect']} {one['probability']:.2f}" for one in row["answer"]["missing"])
-            lines.append([row["case"], names, row["answer"]["verdict"], given or "–"])
-    return table(["case", "hidden", "verdict", "names"], lines) if lines else "None."
+    for row in sorted(rows, key=lambda row: str(row["case"])):
+        truth, answer = row["truth"], row["answer"]
+        if is_right(answer, truth):
+            continue
+        instrument = truth.get("instrument") or {}
+        keys = ("contact", "frame", "rate_class")
+        how = ", ".join([truth["engine"], *(instrument[key] for key in keys)] if instrument else [])
+        names = ", ".join(f"{one['effect']} {one['probability']:.2f}" for one in answer.get("missing", []))
+        hidden = " + ".join(truth["names"]) or "nothing"
+        lines.append([row["case"], hidden, how or "–", f"{answer['verdict']} {names}".strip()])
+    return table(["case", "hidden effects", "recording", "answer"], lines) if lines else "None."
+
+
+def rejections(truths: Sequence[Row]) -> str:
+    """Return the share of draws that were not material, by class of instrument."""
+    attempts = [one for truth in truths if truth["names"] for one in truth["attempts"]]
+    tried = [one for one in attempts if one["reason"] != "no place"]
+    lines = []
+    for key in ("rate", "noise", "frame", "contact"):
+        for value in sorted({one[key] for one in tried}):
+            mine = [one for one in tried if one[key] == value]
+            why = Counter(one["reason"] for one in mine if one["reason"] is not None)
+            text = ", ".join(f"{what} {count}" for what, count in sorted(why.items())) or "–"
+            lines.append([key, value, share(one["reason"] is not None for one in mine).text(), text])
+    return table(["class", "value", "rejected draws", "why"], lines)
+
+
+def costs(rows: Sequence[Row]) -> str:
+    """Return the distribution of wall time, processor time and memory of a diagnosis."""
+    labels = {"seconds": "wall time, s", "cpu": "processor time, s", "memory": "memory, MiB"}
+    lines = []
+    for key in (key for key in labels if all(key in row["cost"] for row in rows)):
+        quantiles = np.quantile([row["cost"][key] for row in rows], [0.5, 0.9, 0.99, 1.0])
+        lines.append([labels[key], *(f"{value:.1f}" for value in quantiles)])
+    return table(["of one diagnosis", "median", "90 %", "99 %", "maximum"], lines)
 
 
 def leave_one_out(rows: Sequence[Row]) -> str:
@@ -244,9 +248,11 @@ def leave_one_out(rows: Sequence[Row]) -> str:
     lines = []
     for name in sorted({row["without"] for row in rows}):
         mine = [row for row in rows if row["without"] == name]
-        found = share(is_unexplained(row["answer"]) for row in mine)
-        sure = share(any(one["probability"] > 0.9 for one in row["answer"]["missing"]) for row in mine)
-        lines.append([f"`{name}`", found.text(), other_answers(mine, "unexplained"), sure.text()])
+        abstained = [row["answer"]["verdict"] == "unexplained" for row in mine]
+        others = other_answers(row for row, right in zip(mine, abstained, strict=True) if not right)
+        parts = [row["answer"].get("missing", []) for row in mine]
+        sure = share(any(one["probability"] > CERTAIN_PROBABILITY for one in part) for part in parts)
+        lines.append([f"`{name}`", share(abstained).text(), others, sure.text()])
     return table(["excluded effect", '"unexplained"', "other answers", "a name above 0.9"], lines)
 
 
@@ -256,17 +262,15 @@ def detection_limits(settings: Row, rows: Sequence[Row]) -> str:
     lines = []
     for name in settings["effects"]:
         mine = [row for row in rows if row["truth"]["names"] == [name]]
-        if not mine:
-            continue
         rates = [right_share(row for row in mine if row["truth"]["size"] == size) for size in sizes]
-        lines.append(
-            [f"`{name}`", *(f"{rate.hits}/{rate.total}" for rate in rates), smallest_size(sizes, rates, mine)]
-        )
+        counts = [f"{rate.hits}/{rate.total}" for rate in rates]
+        if mine:
+            lines.append([f"`{name}`", *counts, smallest_size(sizes, rates, mine)])
     return table(["effect", *(f"{size:g}" for size in sizes), "smallest size named in 95 %"], lines)
 
 
 def smallest_size(sizes: Sequence[float], rates: Sequence[Share], rows: Sequence[Row]) -> str:
-    """Return the smallest size from which on 95 % are named, with the median values at that size."""
+    """Return the smallest size from which on 95 % are named, with the median norms of its values."""
     kept = None
     for size, rate in zip(sizes, rates, strict=True):
         if not rate.total or rate.value < 0.95:
@@ -274,14 +278,8 @@ def smallest_size(sizes: Sequence[float], rates: Sequence[Share], rows: Sequence
         kept = size
     if kept is None:
         return "not reached"
-    return f"{kept:g}: {median_sizes([row for row in rows if row['truth']['size'] == kept])}"
-
-
-def median_sizes(rows: Sequence[Row]) -> str:
-    """Return the median norms of the values of the effect."""
     values: dict[str, list[float]] = {}
-    for row in rows:
+    for row in (row for row in rows if row["truth"]["size"] == kept):
         for name, value in row["truth"]["truth"][0]["parameters"].items():
             values.setdefault(name, []).append(float(np.linalg.norm(value)))
-    middle: Callable[[list[float]], float] = lambda found: float(np.median(found))  # noqa: E731
-    return ", ".join(f"{name} {middle(found):.3g}" for name, found in values.items())
+    return f"{kept:g}: " + ", ".join(f"{name} {np.median(found):.3g}" for name, found in values.items())

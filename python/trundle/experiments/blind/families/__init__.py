@@ -2,51 +2,39 @@
 
 from __future__ import annotations
 
-from trundle.experiments.blind.families.casters import CasterSwivel
-from trundle.experiments.blind.families.distortion import DISTORTIONS
-from trundle.experiments.blind.families.floor import FloorGrain, FloorPatch, FloorSlope
-from trundle.experiments.blind.families.friction import CoulombFriction
-from trundle.experiments.blind.families.inertia import ComOffset, MassChange, SwingingLoad
-from trundle.experiments.blind.families.joints import AxisFriction, ThinningDrag
-from trundle.experiments.blind.families.out_of_catalogue_motion import MOTIONS
-from trundle.experiments.blind.families.out_of_catalogue_sensing import SENSINGS
-from trundle.experiments.blind.families.sensing import (
-    ForceBias,
-    ForceScale,
-    GripperInertia,
-    Latency,
-    TrackerOffset,
-)
-from trundle.experiments.blind.families.surroundings import ObstacleContact, Tether
-from trundle.experiments.blind.families.wheels import SecondWheel, WheelEvent
+from collections.abc import Iterable, Mapping
+
+from trundle.experiments.blind.families.bodies import BODIES
+from trundle.experiments.blind.families.out_of_catalogue import FORCES
+from trundle.experiments.blind.families.sensing import OUT_OF_CATALOGUE_SENSING, SENSING
+from trundle.experiments.blind.families.surroundings import SURROUNDINGS
 from trundle.experiments.blind.family import Family
 
-__all__ = ["CATALOGUE", "FAMILIES", "OUT_OF_CATALOGUE"]
+__all__ = ["CATALOGUE", "INDISTINGUISHABLE_PAIRS", "UNKNOWN", "selected"]
 
-CATALOGUE_FAMILIES: tuple[Family, ...] = (
-    CoulombFriction(),
-    CasterSwivel(),
-    SecondWheel(),
-    ComOffset(),
-    FloorSlope(),
-    FloorPatch(),
-    FloorGrain(),
-    WheelEvent(),
-    MassChange(),
-    ObstacleContact(),
-    Tether(),
-    SwingingLoad(),
-    ForceBias(),
-    ForceScale(),
-    Latency(),
-    GripperInertia(),
-    TrackerOffset(),
-    AxisFriction(),
-    ThinningDrag(),
-    *DISTORTIONS,
-)
-CATALOGUE: dict[str, Family] = {family.name: family for family in CATALOGUE_FAMILIES}
-"""Effects of the catalogue by name, in the order of docs/diagnosis.md."""
-OUT_OF_CATALOGUE: dict[str, Family] = {family.name: family for family in (*MOTIONS, *SENSINGS)}
+ORDER = """
+coulomb_friction caster_swivel second_wheel com_offset floor_slope floor_patch floor_grain wheel_event
+mass_change obstacle_contact tether swinging_load force_bias force_scale latency gripper_inertia
+tracker_offset axis_friction thinning_drag cross_talk saturation dead_band sensor_play clock_drift sensor_lag
+"""
+"""Order of the effects of the catalogue in benchmarks. The drawn cases depend on it."""
+
+
+def selected(families: Mapping[str, Family], names: Iterable[str]) -> dict[str, Family]:
+    """Return some families in the given order."""
+    return {name: families[name] for name in names}
+
+
+CATALOGUE = selected({**BODIES, **SURROUNDINGS, **SENSING}, ORDER.split())
+"""Effects of the catalogue by name."""
+UNKNOWN: Mapping[str, Family] = {**FORCES, **OUT_OF_CATALOGUE_SENSING}
 """Families without a law in the catalogue. The correct answer is "unexplained"."""
-FAMILIES: dict[str, Family] = {**CATALOGUE, **OUT_OF_CATALOGUE}
+INDISTINGUISHABLE_PAIRS = (
+    frozenset({"com_offset", "tracker_offset"}),
+    frozenset({"second_wheel", "wheel_event"}),
+)
+"""Pairs of effects that are never hidden together.
+
+In general no push distinguishes the first pair: one motion of one rigid body. The second would hide two
+wheels of which one changes; two wheels equal one wheel and a rotational damping only if neither changes.
+"""

@@ -1,0 +1,264 @@
+"""Effects of the object's parts: wheels, a caster, mass centre, changes of mass, and a swinging load."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from trundle.experiments.blind import mujoco_world as world
+from trundle.experiments.blind.family import (
+    UNDER_OBJECT,
+    Context,
+    Family,
+    Hook,
+    Values,
+    by_name,
+    draws,
+    event_place,
+    log,
+)
+from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.scene import Scene, Wheel, draw_training_episode, draw_wheel
+from trundle.experiments.sampling import Floats, log_uniform
+
+__all__ = ["BODIES", "LOAD_DAMPING_RATIO", "SLIP_STIFFNESS_RATIO"]
+
+SLIP_STIFFNESS_RATIO = 20.0
+"""Resistance of a caster's tyre to side slip over the resistance of its scrubbing at the pivot."""
+LOAD_DAMPING_RATIO = 0.03
+"""Damping ratio of a swinging load."""
+MIN_BODY_MASS_KG = 1e-4
+"""MuJoCo requires a mass of moving bodies."""
+EVENT_MARGIN_S = 1.0
+"""Smallest time between an event and contact, or the end of its episode."""
+
+
+def draw_event(rng: np.random.Generator, scene: Scene) -> Values:
+    """Return a time in a training episode."""
+    episode, begin = draw_training_episode(rng, scene), CONTACT_TIME_S + EVENT_MARGIN_S
+    end = max(begin, scene.seconds[episode] - EVENT_MARGIN_S)
+    return {"episode": episode, "time": float(rng.uniform(begin, end))}
+
+
+def draw_caster(rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+    """Return a pivot, an arm, and its initial direction in each episode, object frame."""
+    return {
+        "point": UNDER_OBJECT(rng, scene, paths),
+        "trail": float(rng.uniform(0.03, 0.12)),
+        "mu_side": log_uniform(rng, 30.0, 250.0),
+        "first": rng.uniform(-np.pi, np.pi, len(scene.pushes)).tolist(),
+    }
+
+
+def build_caster(context: Context, values: Values) -> None:
+    """Add an arm hinged to the object, which points from the tyre to the pivot.
+
+    The tyre resists side slip strongly, and scrubs as it swivels. A massless arm turns so that the tyre's
+    side force balances the scrubbing torque. At the pivot it then resists sideways motion with `mu_side`.
+    """
+    trail, side, spec = values["trail"], values["mu_side"], context.spec
+    turn = world.turned(values["first"][context.episode])
+    arm = context.table.add_body(name="caster", pos=[*values["point"], 0.0], quat=turn)
+    arm.add_joint(name="swivel", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
+    arm.explicitinertial = True
+    arm.mass, arm.inertia, arm.ipos = 0.01, [1e-4, 1e-4, 1e-5], [0.0, 0.0, 0.0]
+    world.add_wheel(spec, arm, "caster", Wheel(-trail, 0.0, 0.0, 0.0, SLIP_STIFFNESS_RATIO * side))
+    world.add_bias(spec, "scrub", [0, 0, -side * trail**2], **world.site("caster", 5))
+
+
+def caster_parameters(scene: Scene, values: Values) -> Values:
+    """Return the equivalent friction at the pivot, corrected for the tyre's slip."""
+    slip = 1.0 + 1.0 / SLIP_STIFFNESS_RATIO
+    return {"trail": values["trail"] * slip, "mu_side": values["mu_side"] / slip}
+
+
+def extend_caster(values: Values, rng: np.random.Generator) -> Values:
+    """Add a random initial direction of the arm."""
+    return {**values, "first": [*values["first"], float(rng.uniform(-np.pi, np.pi))]}
+
+
+def whole_damping(scene: Scene, values: Values) -> Floats:
+    """Return the total damping matrix of both wheels about the object's origin."""
+    return scene.wheel.damping() + Wheel(**values).damping()
+
+
+def spin_law(scene: Scene, values: Values) -> list[Values]:
+    """Return the rotational damping that one equivalent wheel does not explain."""
+    whole = whole_damping(scene, values)
+    lever = whole[:2, 2]
+    spin = whole[2, 2] - lever @ np.linalg.solve(whole[:2, :2], lever)
+    return [{"kind": "spin_drag", "spin": max(float(spin), 1e-3)}]
+
+
+def draw_wheel_event(rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+    """Return a training episode, a time, and the factors of a wheel that locks or unlocks."""
+    locks = rng.uniform(np.log(2.5), np.log(12.0)) * (1.0 if rng.random() < 0.5 else -1.0)
+    event = draw_event(rng, scene)
+    return {**event, "log_x": float(locks), "log_y": float(locks * rng.uniform(0.3, 1.0))}
+
+
+def hook_wheel_event(model: Any, context: Context, values: Values) -> Hook | None:
+    """Change the wheel's actuators from the event on, permanently."""
+    wheel, episode = context.scene.wheel, context.episode
+    changed = (wheel.mu_x * np.exp(values["log_x"]), wheel.mu_y * np.exp(values["log_y"]))
+    if episode > values["episode"]:
+        world.set_wheel(model, "wheel", *changed)
+    if episode != values["episode"]:
+        return None
+    return lambda data: world.set_wheel(model, "wheel", *changed) if data.time >= values["time"] else None
+
+
+def wheel_factors(scene: Scene, values: Values) -> Values:
+    """Return the factors of the wheel's friction."""
+    return {f"factor_{axis}": float(np.exp(values[f"log_{axis}"])) for axis in "xy"}
+
+
+def draw_com_offset(rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+    """Return an offset of the mass centre of 5 cm to 25 cm."""
+    size, turn = rng.uniform(0.05, 0.25), rng.uniform(-np.pi, np.pi)
+    return {"x": float(size * np.cos(turn)), "y": float(size * np.sin(turn))}
+
+
+def build_com_offset(context: Context, values: Values) -> None:
+    """Move the inertia of the object; the inertia about the mass centre is unchanged."""
+    body, table = context.spec.compile().body("table"), context.table
+    flat = np.empty(9)
+    mujoco.mju_quat2Mat(flat, body.iquat)
+    frame = flat.reshape(3, 3)
+    spin = float((frame @ np.diag(body.inertia) @ frame.T)[2, 2])
+    x, y, z = body.ipos
+    table.explicitinertial, table.mass = True, float(body.mass[0])
+    table.ipos, table.iquat = [x + values["x"], y + values["y"], z], [1.0, 0.0, 0.0, 0.0]
+    table.inertia = [spin, spin, spin]
+
+
+def mass_centre(scene: Scene, values: Values) -> list[float]:
+    """Return the mass centre in the object's frame."""
+    return [float(c + values[axis]) for c, axis in zip(scene.shape.centroid, "xy", strict=True)]
+
+
+def draw_mass_change(rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+    """Return a training episode, a time, and the mass that is added or removed."""
+    share = rng.uniform(0.25, 1.0) if rng.random() < 0.5 else -rng.uniform(0.2, 0.5)
+    return {**draw_event(rng, scene), "mass": float(share * scene.mass)}
+
+
+def hook_mass_change(model: Any, context: Context, values: Values) -> Hook | None:
+    """Scale the object's mass and inertia from the event on, permanently."""
+    factor = 1.0 + values["mass"] / context.scene.mass
+    body, done = model.body("table").id, [False]
+
+    def change() -> None:
+        if not done[0]:
+            model.body_mass[body] *= factor
+            model.body_inertia[body] *= factor
+            done[0] = True
+
+    if context.episode > values["episode"]:
+        change()
+    if context.episode != values["episode"]:
+        return None
+    return lambda data: change() if data.time >= values["time"] else None
+
+
+def move_mass(context: Context, mass: float) -> float:
+    """Remove a mass from the object's geometry, and return it, at least MuJoCo's smallest mass."""
+    mass = max(mass, MIN_BODY_MASS_KG)
+    for geom in context.table.geoms:
+        geom.mass *= 1.0 - mass / context.scene.mass
+    return mass
+
+
+def build_swinging_load(context: Context, values: Values) -> None:
+    """Move part of the mass to a separate body on two springs."""
+    mass, omega = move_mass(context, values["mass"]), 2 * np.pi * values["frequency"]
+    load = world.add_point_mass(context.table, "load", values["point"], mass)
+    for joint in world.add_slides(load, "load "):
+        joint.stiffness = [mass * omega**2, 0.0, 0.0]
+        joint.damping = [2 * LOAD_DAMPING_RATIO * mass * omega, 0.0, 0.0]
+
+
+def load_parameters(scene: Scene, values: Values) -> Values:
+    """Return mass and frequency of a swinging load."""
+    return {name: values[name] for name in ("mass", "frequency")}
+
+
+def at_point(scene: Scene, values: Values) -> Values:
+    """Return the place of an effect at a point of the object."""
+    return {"body_point": values["point"]}
+
+
+BODIES = by_name(
+    Family(
+        "caster_swivel",
+        draw_caster,
+        ("mu_side",),
+        extend=extend_caster,
+        build=build_caster,
+        parameters=caster_parameters,
+        where=at_point,
+        laws=lambda scene, v: [
+            {"kind": "caster_swivel", "x": v["point"][0], "y": v["point"][1], **caster_parameters(scene, v)}
+        ],
+    ),
+    Family(
+        "second_wheel",
+        lambda rng, scene, paths: dict(vars(draw_wheel(rng, scene.shape))),
+        ("mu_x", "mu_y"),
+        build=lambda context, v: world.add_wheel(context.spec, context.table, "second wheel", Wheel(**v)),
+        parameters=lambda scene, v: {"damping": whole_damping(scene, v).tolist()},
+        laws=spin_law,
+    ),
+    Family(
+        "com_offset",
+        draw_com_offset,
+        ("x", "y"),
+        build=build_com_offset,
+        parameters=lambda scene, v: dict(zip(("com_x", "com_y"), mass_centre(scene, v), strict=True)),
+        where=lambda scene, v: {"body_point": mass_centre(scene, v)},
+    ),
+    Family(
+        "wheel_event",
+        draw_wheel_event,
+        ("log_x", "log_y"),
+        hook=hook_wheel_event,
+        parameters=wheel_factors,
+        where=event_place,
+        laws=lambda scene, v: [
+            {"kind": "wheel_event", "episode": v["episode"], "time": v["time"], **wheel_factors(scene, v)}
+        ],
+    ),
+    Family(
+        "mass_change",
+        draw_mass_change,
+        ("mass",),
+        hook=hook_mass_change,
+        parameters=lambda scene, v: {"mass": v["mass"]},
+        where=event_place,
+        laws=lambda scene, v: [{"kind": "mass_change", **v}],
+    ),
+    Family(
+        "swinging_load",
+        draws(
+            point=UNDER_OBJECT,
+            mass=lambda rng, scene, paths: float(rng.uniform(0.15, 0.5) * scene.mass),
+            frequency=log(0.5, 3.0),
+        ),
+        ("mass",),
+        build=build_swinging_load,
+        parameters=load_parameters,
+        where=at_point,
+        laws=lambda scene, v: [
+            {
+                "kind": "swinging_load",
+                "x": v["point"][0],
+                "y": v["point"][1],
+                "damping_ratio": LOAD_DAMPING_RATIO,
+                **load_parameters(scene, v),
+            }
+        ],
+    ),
+)

@@ -1,0 +1,1 @@
+"""Generator of recordings of furniture: rigid grasps, one kind of instruments, MuJoCo."""

@@ -1,0 +1,1 @@
+"""Generator of varied recordings: random outlines, grasps and instruments, two engines."""

@@ -1,1 +1,0 @@
-"""The wide blind benchmark, with random instruments, conventions, engines and effects."""
