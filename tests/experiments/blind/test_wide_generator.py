@@ -15,6 +15,7 @@ pytest.importorskip("mujoco")
 import tomli_w
 
 import trundle
+from trundle.experiments.blind.case import draw_effects
 from trundle.experiments.blind.family import Context, HiddenEffect
 from trundle.experiments.blind.instrument import FRAMES
 from trundle.experiments.blind.oracle import build_model
@@ -26,12 +27,11 @@ from trundle.experiments.blind.settings import read
 from trundle.experiments.blind.wide.families import (
     CATALOGUE,
     OUT_OF_CATALOGUE,
-    draw_effects,
     get_family,
     is_allowed,
     merge_wheels,
 )
-from trundle.experiments.blind.wide.generator import simulate_case
+from trundle.experiments.blind.wide.generator import GENERATOR, simulate_case
 from trundle.experiments.blind.wide.measurement import make_recording
 from trundle.experiments.blind.wide.ode_engine import TIME_STEP_S, Plant
 from trundle.experiments.blind.wide.outlines import draw_outline
@@ -182,7 +182,7 @@ def placed(name: str, engine: str, seed: int) -> tuple[Scene, list[Readings], li
     """Return a scene that supports a family, its motion without it, and the family with values."""
     scene = scene_with("grasp", engine, seed, 5.0 if name == "obstacle_contact" else 2.0)
     bare = simulate_case(scene, [])
-    found = (draw_effects([name], 1, attempt, scene, bare) for attempt in range(10))
+    found = (draw_effects(GENERATOR, [name], 1, attempt, scene, bare) for attempt in range(10))
     hidden = next((one for one in found if one is not None), None)
     return None if hidden is None else (scene, bare, hidden)
 

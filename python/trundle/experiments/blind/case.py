@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import trundle
-from trundle.experiments.blind.family import HiddenEffect, Values
+from trundle.experiments.blind.family import Family, HiddenEffect, Values
 from trundle.experiments.blind.oracle import oracle_misfits, rejection_reason
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.blind.sealed import folder_digest
+from trundle.experiments.sampling import Floats
 
-__all__ = ["Generator", "PlannedCase", "draw_case"]
+__all__ = ["Generator", "PlannedCase", "draw_case", "draw_effects"]
 
 Motions = Sequence[Any]
 """Simulated episodes, in a form of the generator."""
@@ -38,8 +41,14 @@ class Generator:
     ----------
     draw_scene : callable
         Returns the scene of an attempt, from the planned case and the options.
-    draw_effects : callable
-        Returns the hidden effects with their values; None if one does not fit the scene.
+    families : dict
+        Families of hidden effects by name.
+    stream : int
+        Stream of the random numbers of effects.
+    paths : callable
+        Returns the poses of each episode from contact on, or wrenches if the family reads them.
+    is_allowed : callable
+        Returns whether an effect can be hidden in a scene.
     simulate : callable
         Returns the motions of all episodes.
     is_usable : callable
@@ -51,18 +60,41 @@ class Generator:
     """
 
     draw_scene: Callable[[PlannedCase, int, Values], Scene]
-    draw_effects: Callable[[PlannedCase, int, Scene, Motions], list[HiddenEffect] | None]
+    families: Mapping[str, Family]
+    stream: int
+    paths: Callable[[Family, Motions], list[Floats]]
+    is_allowed: Callable[[str, Scene], bool]
     simulate: Callable[[Scene, Sequence[HiddenEffect]], Motions]
     is_usable: Callable[[Motions], bool]
     record: Callable[[Scene, Sequence[HiddenEffect], Motions, str], trundle.Recording]
     describe: Callable[[PlannedCase, Scene, Sequence[HiddenEffect], Motions], Values]
 
 
-def draw_case(make: Generator, planned: PlannedCase, options: Values, folder: Path) -> dict[str, Any]:
+def draw_effects(
+    make: Generator, names: Sequence[str], seed: int, attempt: int, scene: Scene, bare: Motions
+) -> list[HiddenEffect] | None:
+    """Return families with their values; None if one does not fit this scene.
+
+    Places are drawn from the motion without the effects.
+    """
+    if not all(make.is_allowed(name, scene) for name in names):
+        return None
+    hidden = []
+    for k, family in enumerate(make.families[name] for name in names):
+        rng = np.random.default_rng([seed, attempt, make.stream, k])
+        values = family.draw(rng, scene, make.paths(family, bare))
+        if not values:
+            return None
+        hidden.append(HiddenEffect(family, values))
+    return hidden
+
+
+def draw_case(make: Generator, case: Values, options: Values, folder: Path) -> dict[str, Any]:
     """Draw a case until it is material, write its recording, and return the truth and all attempts.
 
     The digest of the recording is None if no draw was material.
     """
+    planned = PlannedCase(**{**case, "names": tuple(case["names"])})
     matters, each_matters = options["matters"], options["each_matters"]
     common = {
         "case": planned.case,
@@ -74,7 +106,7 @@ def draw_case(make: Generator, planned: PlannedCase, options: Values, folder: Pa
     for attempt in range(options["attempts"]):
         scene = make.draw_scene(planned, attempt, options)
         bare = make.simulate(scene, [])
-        hidden = make.draw_effects(planned, attempt, scene, bare)
+        hidden = draw_effects(make, planned.names, planned.seed, attempt, scene, bare)
         if hidden is None or not make.is_usable(bare):
             tried.append(attempt_record(scene, "no place" if hidden is None else "hardly moves"))
             continue

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeAlias
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
 
+from trundle.experiments.blind.push import Kinematics, Wrench
 from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import ENGINES, Scene, Wheel, draw_point
 from trundle.experiments.sampling import Floats, log_uniform
@@ -22,40 +22,27 @@ __all__ = [
     "Family",
     "HiddenEffect",
     "Hook",
-    "Kinematics",
     "Values",
-    "Wrench",
     "by_name",
     "draws",
-    "event_place",
     "log",
     "uniform",
 ]
 
 Values: TypeAlias = dict[str, Any]
-Wrench: TypeAlias = tuple[float, float, float]
 Hook: TypeAlias = Callable[[mujoco.MjData], None]
 Draw: TypeAlias = Callable[[np.random.Generator, Scene, Sequence[Floats]], Any]
 """Returns a random value. The last argument holds the poses (n, 3) of each episode without the effect."""
 
 
-class Kinematics(NamedTuple):
-    """Pose and twist of the object's origin, world axes; `c` and `s` are cosine and sine of the heading."""
-
-    x: float
-    y: float
-    c: float
-    s: float
-    vx: float
-    vy: float
-    omega: float
-    theta: float
-
-    @classmethod
-    def of(cls, state: Sequence[float]) -> Kinematics:
-        """Return the pose and twist of a state [x, y, θ, v_x, v_y, ω, …]."""
-        x, y, theta, vx, vy, omega = state[:6]
-        return cls(x, y, math.cos(theta), math.sin(theta), vx, vy, omega, theta)
+PLACES = {
+    "point": ("x", "y"),
+    "place": ("x", "y"),
+    "anchor": ("anchor_x", "anchor_y"),
+    "episode": ("episode",),
+    "time": ("time",),
+}
+"""Values that are places or times of an effect, with their names in its law."""
 
 
 @dataclass(frozen=True)
@@ -91,9 +78,12 @@ class Family:
     distort : callable, optional
         Returns distorted readings.
     parameters, where : callable, optional
-        The truth in the terms of `diagnosis.json`. By default the values are the parameters.
+        The truth in the terms of `diagnosis.json`. By default, values named in `PLACES` are its place, and
+        the others its parameters.
     laws : callable, optional
-        Returns the `[[effect]]` tables of the true model. By default one with the parameters.
+        Returns the `[[effect]]` tables of the true model. By default one with places and parameters.
+    fixed : dict
+        Further values of that table.
     merge_wheel : callable, optional
         Returns the one wheel that is nearly equivalent to a wheel and this effect.
     engines : tuple of str
@@ -115,6 +105,7 @@ class Family:
     parameters: Callable[[Scene, Values], Values] | None = None
     where: Callable[[Scene, Values], Values | None] | None = None
     laws: Callable[[Scene, Values], list[Values]] | None = None
+    fixed: Mapping[str, float] = field(default_factory=dict)
     merge_wheel: Callable[[Wheel, Values], Wheel] | None = None
     engines: tuple[str, ...] = ENGINES
     reads: bool = False
@@ -162,18 +153,33 @@ class HiddenEffect:
         """Return the true parameters in the terms of `diagnosis.json`."""
         if self.family.parameters is not None:
             return self.family.parameters(scene, self.values)
-        return {} if self.family.out_of_catalogue else dict(self.values)
+        known = {} if self.family.out_of_catalogue else self.values
+        return {name: value for name, value in known.items() if name not in PLACES}
+
+    def where(self, scene: Scene) -> Values | None:
+        """Return the true place in the terms of `diagnosis.json`."""
+        family, values = self.family, self.values
+        if family.where is not None or family.out_of_catalogue:
+            return None if family.where is None else family.where(scene, values)
+        if "episode" in values:
+            return {"event": {"episode": f"episode_{values['episode']:02}", "time": values["time"]}}
+        places = {"point": "body_point", "anchor": "world_point", "place": "world_point"}
+        return {key: values[name] for name, key in places.items() if values.get(name)} or None
 
     def truth(self, scene: Scene) -> Values:
         """Return `parameters` and `where` in the terms of `diagnosis.json`, as plain numbers."""
-        where = None if self.family.where is None else self.family.where(scene, self.values)
-        return {"parameters": self.parameters(scene), "where": where}
+        return {"parameters": self.parameters(scene), "where": self.where(scene)}
 
     def laws(self, scene: Scene) -> list[Values]:
         """Return the `[[effect]]` tables of the true model; empty if the catalogue has no law."""
-        if self.family.laws is not None:
-            return self.family.laws(scene, self.values)
-        return [] if self.family.out_of_catalogue else [{"kind": self.family.name, **self.parameters(scene)}]
+        family, values = self.family, self.values
+        if family.laws is not None or family.out_of_catalogue:
+            return [] if family.laws is None else family.laws(scene, values)
+        law: Values = {"kind": family.name, **family.fixed, **self.parameters(scene)}
+        for name in PLACES.keys() & values.keys():
+            names = PLACES[name]
+            law |= dict(zip(names, values[name] if len(names) > 1 else [values[name]], strict=True))
+        return [law]
 
 
 def log(low: float, high: float) -> Draw:
@@ -194,11 +200,6 @@ def draws(**named: Draw) -> Draw:
 ANGLE = uniform(-np.pi, np.pi)
 UNDER_OBJECT: Draw = lambda rng, scene, paths: list(draw_point(rng, scene.shape))  # noqa: E731
 """Draws a point under the object."""
-
-
-def event_place(scene: Scene, values: Values) -> Values:
-    """Return the place of an event in an episode."""
-    return {"event": {"episode": f"episode_{values['episode']:02}", "time": values["time"]}}
 
 
 def by_name(*families: Family) -> Mapping[str, Family]:

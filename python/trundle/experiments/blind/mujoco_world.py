@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from trundle.experiments.blind.family import Context, HiddenEffect, Hook
-from trundle.experiments.blind.push import CONTACT_TIME_S, Grasp, Push, WrenchPush
+from trundle.experiments.blind.push import CONTACT_TIME_S, Grasp, Kinematics, Push, WrenchPush, servo_wrench
 from trundle.experiments.blind.readings import step_averages
 from trundle.experiments.blind.scene import Scene, Wheel
 from trundle.experiments.sampling import Floats
@@ -169,23 +169,15 @@ def simulate_grasp(
     return t, poses, step_averages(forces)
 
 
-def wrench_source(scene: Scene, push: Push | WrenchPush, t: Floats) -> Callable[[Any, int], list[float]]:
+def wrench_source(scene: Scene, push: Push | WrenchPush, t: Floats) -> Callable[[Any, int], Sequence[float]]:
     """Return a function of data and step that returns the gripper's wrench, in its own axes."""
     if isinstance(push, WrenchPush):
         wrench = push.wrench(t).tolist()
-        return lambda data, k: list(wrench[k])
+        return lambda data, k: wrench[k]
     desired = push.desired_twist(t).tolist()
-    return lambda data, k: servo_wrench(data, scene, push, desired[k])
+    return lambda data, k: servo_wrench(motion(data), push.grasp, desired[k], scene.gain, scene.limit)
 
 
-def servo_wrench(data: Any, scene: Scene, push: Push, desired: list[float]) -> list[float]:
-    """Return the gripper's wrench in its own axes: proportional to the error of its twist, saturated."""
-    (vx, vy, omega), heading, grasp = data.qvel[:3].tolist(), data.qpos[2].item(), push.grasp
-    c, s = math.cos(heading), math.sin(heading)
-    at_x = vx - omega * (s * grasp.x + c * grasp.y)
-    at_y = vy + omega * (c * grasp.x - s * grasp.y)
-    c, s = math.cos(heading + grasp.angle), math.sin(heading + grasp.angle)
-    error = (desired[0] - c * at_x - s * at_y, desired[1] + s * at_x - c * at_y, desired[2] - omega)
-    (force, torque), (most, turn) = scene.gain, scene.limit
-    gains = ((force, most), (force, most), (torque, turn))
-    return [limit * math.tanh(gain * e / limit) for e, (gain, limit) in zip(error, gains, strict=True)]
+def motion(data: Any) -> Kinematics:
+    """Return the pose and twist of the object."""
+    return Kinematics.of([*data.qpos[:3].tolist(), *data.qvel[:3].tolist()])

@@ -160,7 +160,12 @@ def of_rows(make: Callable[[Sequence[Row]], str]) -> Callable[[Page], str]:
     return lambda page: make(page.rows)
 
 
+ROW_TABLES = (
+    *(tables.instruments, tables.single_effects, tables.wrong_answers, tables.costs),
+    *(error_tables.places, error_tables.parameters, error_tables.intervals, error_tables.probabilities),
+)
 PARTS: dict[str, Callable[[Page], str]] = {
+    **{make.__name__: of_rows(make) for make in ROW_TABLES},
     "range": lambda page: str(page.settings["range"]),
     "first_seed": lambda page: str(page.settings["first"]),
     "shares": shares_done,
@@ -177,17 +182,9 @@ PARTS: dict[str, Callable[[Page], str]] = {
     "targets_furniture": lambda page: tables.accuracy("furniture", page.rows),
     "targets_wide": lambda page: tables.accuracy("wide", page.rows),
     "ties": of_rows(tables.tie_text),
-    "instruments": of_rows(tables.instruments),
-    "single_effects": of_rows(tables.single_effects),
-    "wrong_answers": of_rows(tables.wrong_answers),
-    "costs": of_rows(tables.costs),
     "rejections": lambda page: tables.rejections(page.truths),
     "without": of_rows(tables.leave_one_out),
     "limits": lambda page: tables.detection_limits(page.settings, page.rows),
-    "places": of_rows(error_tables.places),
-    "parameters": of_rows(error_tables.parameters),
-    "intervals": of_rows(error_tables.intervals),
-    "probabilities": of_rows(error_tables.probabilities),
     "scores": of_rows(error_tables.score_text),
     "platt": of_rows(error_tables.platt_text),
     "figure_confusion": lambda page: page.figure("confusion", figures.confusion),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,14 +16,19 @@ __all__ = [
     "CONTACT_TIME_S",
     "Finger",
     "Grasp",
+    "Kinematics",
     "Push",
     "Stroke",
     "Strokes",
+    "Wrench",
     "WrenchPush",
     "draw_grasp",
     "draw_push",
     "low_excitation",
+    "servo_wrench",
 ]
+
+Wrench: TypeAlias = tuple[float, float, float]
 
 CONTACT_TIME_S = 0.5
 """Time at which the gripper takes hold."""
@@ -38,6 +44,25 @@ LIFT_DURATION_S = 0.3
 """Time between two strokes, in which the finger moves above the object."""
 RETRACTION_S, RETRACTION_M_PER_S = 0.3, -0.3
 """Duration and speed of the retraction at the end of a stroke."""
+
+
+class Kinematics(NamedTuple):
+    """Pose and twist of the object's origin, world axes; `c` and `s` are cosine and sine of the heading."""
+
+    x: float
+    y: float
+    c: float
+    s: float
+    vx: float
+    vy: float
+    omega: float
+    theta: float
+
+    @classmethod
+    def of(cls, state: Sequence[float]) -> Kinematics:
+        """Return the pose and twist of a state [x, y, θ, v_x, v_y, ω, …]."""
+        x, y, theta, vx, vy, omega = state[:6]
+        return cls(x, y, math.cos(theta), math.sin(theta), vx, vy, omega, theta)
 
 
 @dataclass(frozen=True)
@@ -115,6 +140,23 @@ def low_excitation(push: Push, first: Push | WrenchPush) -> Push:
     amplitude = push.amplitude * np.array([[1.0], [1.0], [0.0]])
     frequency = LOW_EXCITATION_FREQUENCY_FACTOR * push.frequency
     return replace(push, start=first.start, grasp=first.grasp, amplitude=amplitude, frequency=frequency)
+
+
+def servo_wrench(
+    at: Kinematics,
+    grasp: Grasp,
+    desired: Sequence[float],
+    gain: tuple[float, float],
+    limit: tuple[float, float],
+) -> Wrench:
+    """Return the gripper's wrench in its own axes: proportional to the error of its twist, saturated."""
+    vx = at.vx - at.omega * (at.s * grasp.x + at.c * grasp.y)
+    vy = at.vy + at.omega * (at.c * grasp.x - at.s * grasp.y)
+    c, s = math.cos(at.theta + grasp.angle), math.sin(at.theta + grasp.angle)
+    (force, torque), (most, turn) = gain, limit
+    along = most * math.tanh(force * (desired[0] - c * vx - s * vy) / most)
+    across = most * math.tanh(force * (desired[1] + s * vx - c * vy) / most)
+    return along, across, turn * math.tanh(torque * (desired[2] - at.omega) / turn)
 
 
 @dataclass(frozen=True)

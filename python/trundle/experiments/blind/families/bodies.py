@@ -17,12 +17,12 @@ from trundle.experiments.blind.family import (
     Values,
     by_name,
     draws,
-    event_place,
     log,
+    uniform,
 )
 from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.scene import Scene, Wheel, draw_training_episode, draw_wheel
-from trundle.experiments.sampling import Floats, log_uniform
+from trundle.experiments.sampling import Floats
 
 __all__ = ["BODIES", "LOAD_DAMPING_RATIO", "SLIP_STIFFNESS_RATIO"]
 
@@ -41,16 +41,6 @@ def draw_event(rng: np.random.Generator, scene: Scene) -> Values:
     episode, begin = draw_training_episode(rng, scene), CONTACT_TIME_S + EVENT_MARGIN_S
     end = max(begin, scene.seconds[episode] - EVENT_MARGIN_S)
     return {"episode": episode, "time": float(rng.uniform(begin, end))}
-
-
-def draw_caster(rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-    """Return a pivot, an arm, and its initial direction in each episode, object frame."""
-    return {
-        "point": UNDER_OBJECT(rng, scene, paths),
-        "trail": float(rng.uniform(0.03, 0.12)),
-        "mu_side": log_uniform(rng, 30.0, 250.0),
-        "first": rng.uniform(-np.pi, np.pi, len(scene.pushes)).tolist(),
-    }
 
 
 def build_caster(context: Context, values: Values) -> None:
@@ -181,28 +171,20 @@ def build_swinging_load(context: Context, values: Values) -> None:
         joint.damping = [2 * LOAD_DAMPING_RATIO * mass * omega, 0.0, 0.0]
 
 
-def load_parameters(scene: Scene, values: Values) -> Values:
-    """Return mass and frequency of a swinging load."""
-    return {name: values[name] for name in ("mass", "frequency")}
-
-
-def at_point(scene: Scene, values: Values) -> Values:
-    """Return the place of an effect at a point of the object."""
-    return {"body_point": values["point"]}
-
-
 BODIES = by_name(
     Family(
         "caster_swivel",
-        draw_caster,
+        draws(
+            point=UNDER_OBJECT,
+            trail=uniform(0.03, 0.12),
+            mu_side=log(30.0, 250.0),
+            # Initial direction of the arm in each episode, object frame.
+            first=lambda rng, scene, paths: rng.uniform(-np.pi, np.pi, len(scene.pushes)).tolist(),
+        ),
         ("mu_side",),
         extend=extend_caster,
         build=build_caster,
         parameters=caster_parameters,
-        where=at_point,
-        laws=lambda scene, v: [
-            {"kind": "caster_swivel", "x": v["point"][0], "y": v["point"][1], **caster_parameters(scene, v)}
-        ],
     ),
     Family(
         "second_wheel",
@@ -226,19 +208,12 @@ BODIES = by_name(
         ("log_x", "log_y"),
         hook=hook_wheel_event,
         parameters=wheel_factors,
-        where=event_place,
-        laws=lambda scene, v: [
-            {"kind": "wheel_event", "episode": v["episode"], "time": v["time"], **wheel_factors(scene, v)}
-        ],
     ),
     Family(
         "mass_change",
         draw_mass_change,
         ("mass",),
         hook=hook_mass_change,
-        parameters=lambda scene, v: {"mass": v["mass"]},
-        where=event_place,
-        laws=lambda scene, v: [{"kind": "mass_change", **v}],
     ),
     Family(
         "swinging_load",
@@ -249,16 +224,6 @@ BODIES = by_name(
         ),
         ("mass",),
         build=build_swinging_load,
-        parameters=load_parameters,
-        where=at_point,
-        laws=lambda scene, v: [
-            {
-                "kind": "swinging_load",
-                "x": v["point"][0],
-                "y": v["point"][1],
-                "damping_ratio": LOAD_DAMPING_RATIO,
-                **load_parameters(scene, v),
-            }
-        ],
+        fixed={"damping_ratio": LOAD_DAMPING_RATIO},
     ),
 )

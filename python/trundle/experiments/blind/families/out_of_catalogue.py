@@ -17,15 +17,13 @@ from trundle.experiments.blind.family import (
     Draw,
     Family,
     Hook,
-    Kinematics,
     Values,
-    Wrench,
     by_name,
     draws,
     log,
     uniform,
 )
-from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.push import CONTACT_TIME_S, Kinematics, Wrench
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.sampling import Floats, log_uniform
 

@@ -10,20 +10,18 @@ import mujoco
 import numpy as np
 
 from trundle.experiments.blind import mujoco_world as world
-from trundle.experiments.blind.families.bodies import at_point
 from trundle.experiments.blind.family import (
     Context,
     Family,
     Hook,
-    Kinematics,
     Values,
-    Wrench,
     by_name,
     draws,
     log,
     uniform,
 )
 from trundle.experiments.blind.outline import distance_to_outline, inside, to_object, to_world
+from trundle.experiments.blind.push import Kinematics, Wrench
 from trundle.experiments.blind.readings import world_friction_points
 from trundle.experiments.blind.scene import Scene, Wheel, draw_point
 from trundle.experiments.sampling import Floats, log_uniform
@@ -244,26 +242,12 @@ def build_tether(context: Context, values: Values) -> None:
     cable.wrap_site("tied")
 
 
-def tether_parameters(scene: Scene, values: Values) -> Values:
-    """Return stiffness and rest length."""
-    return {name: values[name] for name in ("stiffness", "rest_length")}
-
-
-def tether_laws(scene: Scene, values: Values) -> list[Values]:
-    """Return the cable."""
-    (x, y), (ax, ay) = values["point"], values["anchor"]
-    ends = {"x": x, "y": y, "anchor_x": ax, "anchor_y": ay}
-    return [{"kind": "tether", **ends, **tether_parameters(scene, values)}]
-
-
 SURROUNDINGS = by_name(
     Family(
         "coulomb_friction",
         draw_coulomb,
         ("force",),
         build=build_coulomb,
-        parameters=lambda scene, v: {"force": v["force"]},
-        where=lambda scene, v: None if v["point"] is None else at_point(scene, v),
         laws=coulomb_laws,
     ),
     Family(
@@ -302,13 +286,5 @@ SURROUNDINGS = by_name(
         where=lambda scene, v: {"world_point": v["place"], "radius": v["radius"]},
         laws=obstacle_laws,
     ),
-    Family(
-        "tether",
-        draw_tether,
-        ("stiffness",),
-        build=build_tether,
-        parameters=tether_parameters,
-        where=lambda scene, v: {**at_point(scene, v), "world_point": v["anchor"]},
-        laws=tether_laws,
-    ),
+    Family("tether", draw_tether, ("stiffness",), build=build_tether),
 )

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from trundle.experiments.blind.case import Generator, PlannedCase, draw_case
 from trundle.experiments.blind.family import HiddenEffect, Values
 from trundle.experiments.blind.furniture.families import FAMILIES
@@ -16,21 +14,7 @@ from trundle.experiments.blind.furniture.simulation import Motion, make_recordin
 from trundle.experiments.blind.readings import visited_cells
 from trundle.experiments.blind.scene import Scene
 
-__all__ = ["draw", "simulate_case"]
-
-
-def draw_effects(
-    planned: PlannedCase, attempt: int, scene: Scene, bare: Sequence[Motion]
-) -> list[HiddenEffect] | None:
-    """Return the hidden effects with their values; None if an effect does not fit this scene."""
-    paths = [one.pose for one in bare]
-    hidden = []
-    for k, name in enumerate(planned.names):
-        values = FAMILIES[name].draw(np.random.default_rng([planned.seed, attempt, 3, k]), scene, paths)
-        if not values:
-            return None
-        hidden.append(HiddenEffect(FAMILIES[name], values))
-    return hidden
+__all__ = ["GENERATOR", "draw", "simulate_case"]
 
 
 def simulate_case(scene: Scene, hidden: Sequence[HiddenEffect]) -> list[Motion]:
@@ -52,7 +36,10 @@ GENERATOR = Generator(
     draw_scene=lambda planned, attempt, options: draw_scene(
         planned.seed, attempt, options["episodes"], alike=options["alike"]
     ),
-    draw_effects=draw_effects,
+    families=FAMILIES,
+    stream=3,
+    paths=lambda family, bare: [one.pose for one in bare],
+    is_allowed=lambda name, scene: True,
     simulate=simulate_case,
     is_usable=lambda bare: True,
     record=make_recording,
@@ -62,4 +49,4 @@ GENERATOR = Generator(
 
 def draw(planned: Values, options: Values, folder: Path) -> dict[str, Any]:
     """Draw a case, write its recording, and return the truth."""
-    return draw_case(GENERATOR, PlannedCase(**{**planned, "names": tuple(planned["names"])}), options, folder)
+    return draw_case(GENERATOR, planned, options, folder)

@@ -18,7 +18,7 @@ from trundle.experiments.blind.scene import Scene, Wheel, draw_training_episode
 from trundle.experiments.blind.wide.scene import REFERENCE_WHEEL_MASS_KG
 from trundle.experiments.sampling import Floats
 
-__all__ = ["CATALOGUE", "OUT_OF_CATALOGUE", "draw_effects", "get_family", "is_allowed", "merge_wheels"]
+__all__ = ["CATALOGUE", "OUT_OF_CATALOGUE", "get_family", "is_allowed", "merge_wheels"]
 
 REFERENCE_GYRATION_M = 0.45
 """Radius of gyration of furniture, from which effects are scaled."""
@@ -171,24 +171,3 @@ def is_allowed(name: str, scene: Scene) -> bool:
     if name == "gripper_inertia" and any(scene.compliance):
         return False
     return scene.engine in get_family(name).engines
-
-
-def draw_effects(
-    names: Sequence[str], seed: int, attempt: int, scene: Scene, bare: Sequence[Readings]
-) -> list[HiddenEffect] | None:
-    """Return families with their values; None if one does not fit this scene.
-
-    Places are drawn from the motion without the effects: from the poses from contact on, and for a sensor's
-    range from the readings.
-    """
-    if not all(is_allowed(name, scene) for name in names):
-        return None
-    contact = int(np.searchsorted(bare[0].t, CONTACT_TIME_S))
-    hidden = []
-    for k, family in enumerate(map(get_family, names)):
-        seen = [one.wrench if family.reads else one.pose[contact:] for one in bare]
-        values = family.draw(np.random.default_rng([seed, attempt, 13, k]), scene, seen)
-        if not values:
-            return None
-        hidden.append(HiddenEffect(family, values))
-    return hidden

@@ -9,15 +9,17 @@ from typing import Any
 import numpy as np
 
 from trundle.experiments.blind.case import Generator, PlannedCase, draw_case
-from trundle.experiments.blind.family import HiddenEffect, Values
+from trundle.experiments.blind.family import Family, HiddenEffect, Values
+from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.blind.wide import mujoco_engine, ode_engine
-from trundle.experiments.blind.wide.families import draw_effects
+from trundle.experiments.blind.wide.families import CATALOGUE, OUT_OF_CATALOGUE, is_allowed
 from trundle.experiments.blind.wide.measurement import make_recording
 from trundle.experiments.blind.wide.scene import draw_scene
+from trundle.experiments.sampling import Floats
 
-__all__ = ["draw", "simulate_case"]
+__all__ = ["GENERATOR", "draw", "simulate_case"]
 
 MIN_MEDIAN_DISPLACEMENT_M = 0.05
 """Smallest displacement of the object in the median episode."""
@@ -40,6 +42,12 @@ def moves_enough(bare: Sequence[Readings]) -> bool:
     return bool(np.median(ways) > MIN_MEDIAN_DISPLACEMENT_M and stays)
 
 
+def paths(family: Family, bare: Sequence[Readings]) -> list[Floats]:
+    """Return the poses of each episode from contact on, or the wrenches if the family reads them."""
+    contact = int(np.searchsorted(bare[0].t, CONTACT_TIME_S))
+    return [one.wrench if family.reads else one.pose[contact:] for one in bare]
+
+
 def describe(
     planned: PlannedCase, scene: Scene, hidden: Sequence[HiddenEffect], seen: Sequence[Readings]
 ) -> Values:
@@ -56,9 +64,10 @@ def describe(
 
 GENERATOR = Generator(
     draw_scene=lambda planned, attempt, options: draw_scene(planned.seed, attempt, planned.engine),
-    draw_effects=lambda planned, attempt, scene, bare: draw_effects(
-        planned.names, planned.seed, attempt, scene, bare
-    ),
+    families={**CATALOGUE, **OUT_OF_CATALOGUE},
+    stream=13,
+    paths=paths,
+    is_allowed=is_allowed,
     simulate=simulate_case,
     is_usable=moves_enough,
     record=make_recording,
@@ -68,4 +77,4 @@ GENERATOR = Generator(
 
 def draw(planned: Values, options: Values, folder: Path) -> dict[str, Any]:
     """Draw a case, write its recording, and return the truth."""
-    return draw_case(GENERATOR, PlannedCase(**{**planned, "names": tuple(planned["names"])}), options, folder)
+    return draw_case(GENERATOR, planned, options, folder)

@@ -12,9 +12,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from trundle.experiments.blind.family import HiddenEffect, Kinematics, Wrench
+from trundle.experiments.blind.family import HiddenEffect
 from trundle.experiments.blind.outline import OutlineDistance
-from trundle.experiments.blind.push import CONTACT_TIME_S, Finger, Push
+from trundle.experiments.blind.push import CONTACT_TIME_S, Finger, Kinematics, Push, Wrench, servo_wrench
 from trundle.experiments.blind.readings import Readings, step_averages
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.blind.wide.measurement import grasp_readings, grid_readings
@@ -127,15 +127,8 @@ class Servo:
 
     def exerted(self, t: float, at: Kinematics) -> Wrench:
         """Return the wrench in the axes and about the origin of the grasp."""
-        u, v, w = self.desired[round((t - CONTACT_TIME_S) / TIME_STEP_S * 2)]
-        g = self.grasp
-        ax, ay = at.c * g.x - at.s * g.y, at.s * g.x + at.c * g.y
-        vx, vy = at.vx - at.omega * ay, at.vy + at.omega * ax
-        c, s = math.cos(at.theta + g.angle), math.sin(at.theta + g.angle)
-        (force, torque), (most, turn) = self.gain, self.limit
-        along = most * math.tanh(force * (u - c * vx - s * vy) / most)
-        across = most * math.tanh(force * (v + s * vx - c * vy) / most)
-        return along, across, turn * math.tanh(torque * (w - at.omega) / turn)
+        desired = self.desired[round((t - CONTACT_TIME_S) / TIME_STEP_S * 2)]
+        return servo_wrench(at, self.grasp, desired, self.gain, self.limit)
 
     def driver(self, t: float, at: Kinematics) -> Wrench:
         """Return the wrench in world axes about the object's origin."""
