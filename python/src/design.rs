@@ -22,23 +22,23 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_design, module)?)
 }
 
-/// Design pushes that discriminate between two models, given as the contents of their files; see `trundle.design`. Returns
+/// Design pushes that discriminate between two models, see `trundle.design`. Returns
 /// the experiment as a dict, and both models with their values.
 #[pyfunction]
 #[pyo3(signature = (first, second, *, recording=None, body=None, noise, limits, count=1, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
 fn _design(
     py: Python<'_>,
-    first: &str,
-    second: &str,
+    first: PyRef<'_, PyModel>,
+    second: PyRef<'_, PyModel>,
     recording: Option<&Bound<'_, PyAny>>,
-    body: Option<&str>,
+    body: Option<PyRef<'_, PyModel>>,
     noise: [f64; 4],
     limits: BTreeMap<String, f64>,
     count: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Py<PyAny>, PyModel, PyModel)> {
-    let models = [Model::from_toml(first).map_err(refused)?, Model::from_toml(second).map_err(refused)?];
+    let models = [&first, &second].map(|given| (given.model.clone(), given.posterior.clone()));
     let data = match recording {
         Some(recording) => {
             let source = recording_of(recording)?;
@@ -59,9 +59,9 @@ fn _design(
 }
 
 /// The body of the object; `None` if that of the first model applies.
-fn body_of(body: Option<&str>, model: &Model) -> PyResult<Option<Body>> {
+fn body_of(body: Option<PyRef<'_, PyModel>>, model: &Model) -> PyResult<Option<Body>> {
     match body {
-        Some(text) => Ok(Some(Model::from_toml(text).map_err(refused)?.0.body)),
+        Some(given) => Ok(Some(given.model.body.clone())),
         None if model.body.fixtures.is_empty() => {
             Err(refused("the first model has no footprint: pass `object` or `recording`"))
         }

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use trundle_diagnose::{Options, Outcome, STAGES, diagnose_recording};
-use trundle_model::Model;
 use trundle_record::{PrepareOptions, prepare_with};
 
 use crate::error::{refused, run};
+use crate::inputs;
 use crate::inspect::wrench_pose_of;
 use crate::model::PyModel;
 use crate::plain::plain;
@@ -78,7 +78,7 @@ impl PyOutcome {
 #[pyo3(signature = (recording, model=None, *, seed=0, without=vec![], wrench_pose="own_time", progress=None))]
 fn _diagnose(
     recording: &Bound<'_, PyAny>,
-    model: Option<&str>,
+    model: Option<PyRef<'_, PyModel>>,
     seed: u64,
     without: Vec<String>,
     wrench_pose: &str,
@@ -88,8 +88,7 @@ fn _diagnose(
     let prepare = PrepareOptions { wrench_pose: wrench_pose_of(wrench_pose)?, ..PrepareOptions::default() };
     let source = recording_of(recording)?;
     let data = run(py, || prepare_with(&source, prepare))?;
-    let model = model.map(Model::from_toml).transpose().map_err(refused)?.map(|(model, _)| model);
-    let options = Options { seed, model, without };
+    let options = Options { seed, model: inputs::model(model), without };
     let outcome =
         watched(py, progress, &STAGES, |watch| diagnose_recording(&source, &data, prepare, &options, watch))?;
     PyOutcome::of(outcome)

@@ -5,6 +5,7 @@ use trundle_estimate::{ProfileRequest, profile_recording};
 use trundle_infer::{FitOptions, Stage};
 
 use crate::inputs::{self, PriorText, dataset};
+use crate::model::PyModel;
 use crate::plain::plain;
 use crate::watch::watched_request;
 
@@ -23,14 +24,14 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 fn _profile(
     recording: &Bound<'_, PyAny>,
     parameter: &str,
-    model: Option<&str>,
+    model: Option<PyRef<'_, PyModel>>,
     prior: Option<PriorText>,
     grid: Option<Vec<f64>>,
     starts: usize,
     seed: u64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Py<PyAny>> {
-    let (data, model, prior) = (dataset(recording)?, inputs::model(model)?, inputs::prior(prior)?);
+    let (data, model, prior) = (dataset(recording)?, inputs::model(model), inputs::prior(prior)?);
     let request = ProfileRequest {
         parameter,
         model: model.as_ref(),

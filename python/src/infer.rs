@@ -53,7 +53,7 @@ impl Choice {
 fn _fit(
     py: Python<'_>,
     recordings: Vec<Bound<'_, PyAny>>,
-    model: Option<&str>,
+    model: Option<PyRef<'_, PyModel>>,
     choice: Choice,
     per_episode: Vec<String>,
     prior: Option<PriorText>,
@@ -67,7 +67,7 @@ fn _fit(
     let recordings = recordings.iter().map(dataset).collect::<PyResult<_>>()?;
     let recordings = combined(recordings).map_err(refused)?;
     let (model, likelihood, optimiser) =
-        (inputs::model(model)?, choice.options()?, optimiser_named(optimiser)?);
+        (inputs::model(model), choice.options()?, optimiser_named(optimiser)?);
     let simulator = choice.step.map(Simulator::new);
     let request = FitRequest {
         model: model.as_ref(),
@@ -100,9 +100,9 @@ fn optimiser_named(name: &str) -> PyResult<Optimiser> {
 
 /// Simulate every episode in open loop and write the table `out` (Parquet); see `trundle.predict`.
 #[pyfunction]
-fn _predict(recording: &Bound<'_, PyAny>, model: &str, out: PathBuf) -> PyResult<()> {
-    let (data, model) = (dataset(recording)?, inputs::model(Some(model))?);
-    let model = for_recording(&data, model.as_ref());
+fn _predict(recording: &Bound<'_, PyAny>, model: PyRef<'_, PyModel>, out: PathBuf) -> PyResult<()> {
+    let data = dataset(recording)?;
+    let model = for_recording(&data, Some(&model.model));
     let table = run(recording.py(), || trundle_diagnose::predict(data.episodes(), &model))?;
     run(recording.py(), || table.write(&out))
 }

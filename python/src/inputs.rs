@@ -7,6 +7,7 @@ use trundle_model::{Model, PriorFile};
 use trundle_record::{Dataset, prepare};
 
 use crate::error::{refused, run};
+use crate::model::PyModel;
 use crate::record::recording_of;
 
 /// A prior file: its name for messages, and its content.
@@ -18,9 +19,9 @@ pub(crate) fn dataset(recording: &Bound<'_, PyAny>) -> PyResult<Dataset> {
     run(recording.py(), || prepare(&source))
 }
 
-/// The model in the content of a `model.toml`.
-pub(crate) fn model(text: Option<&str>) -> PyResult<Option<Model>> {
-    Ok(text.map(Model::from_toml).transpose().map_err(refused)?.map(|(model, _)| model))
+/// The laws and values of an optional model, without its posterior.
+pub(crate) fn model(given: Option<PyRef<'_, PyModel>>) -> Option<Model> {
+    given.map(|given| given.model.clone())
 }
 
 /// The prior in the content of a prior file.

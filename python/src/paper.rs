@@ -3,13 +3,13 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trundle_infer::Stage;
-use trundle_model::Model;
 use trundle_paper::{
     Learner, LearningCurves, ModelError, ObservationNoise, OpenLoopTrial, PaperError, PathTask, PbrSettings,
     learning_curves,
 };
 
 use crate::error::refused;
+use crate::model::PyModel;
 use crate::plain::plain;
 use crate::toml_dict;
 use crate::watch::{once, watched_request};
@@ -24,15 +24,15 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// Scores after numbers of noisy pushes; see `trundle.experiments.paper`.
 ///
-/// `truth` and `form` are the contents of the `model.toml` of the object and of the model to fit. Returns r² of each
+/// `truth` is the model of the object, `form` the model to fit. Returns r² of each
 /// learner after each count, and r² of the prediction of a constant velocity.
 #[pyfunction]
 #[pyo3(signature = (truth, form, learners, counts, noise, seed, *, tested=200, starts=8, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
 fn _learning_curves(
     py: Python<'_>,
-    truth: &str,
-    form: &str,
+    truth: PyRef<'_, PyModel>,
+    form: PyRef<'_, PyModel>,
     learners: Vec<String>,
     counts: Vec<usize>,
     noise: (String, f64),
@@ -41,7 +41,7 @@ fn _learning_curves(
     starts: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Vec<Vec<f64>>, f64)> {
-    let (object, model) = (parsed(truth)?, parsed(form)?);
+    let (object, model) = (truth.model.clone(), form.model.clone());
     let learners = learners.iter().map(|name| Learner::named(name)).collect::<Result<Vec<_>, _>>();
     let (learners, noise) = (learners.map_err(refused)?, observation_noise(&noise)?);
     let settings = PbrSettings { model: &model, starts, seed };
@@ -58,8 +58,8 @@ fn _learning_curves(
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
 fn _open_loop<'py>(
     py: Python<'py>,
-    truth: &str,
-    form: &str,
+    truth: PyRef<'_, PyModel>,
+    form: PyRef<'_, PyModel>,
     course: &Bound<'py, PyDict>,
     sizes: Vec<f64>,
     counts: Vec<usize>,
@@ -69,7 +69,7 @@ fn _open_loop<'py>(
     starts: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (object, model, noise) = (parsed(truth)?, parsed(form)?, observation_noise(&noise)?);
+    let (object, model, noise) = (truth.model.clone(), form.model.clone(), observation_noise(&noise)?);
     let task: PathTask = toml_dict::from_dict(course, "course")?
         .try_into()
         .map_err(|error: toml::de::Error| refused(format!("course: {}", error.message())))?;
@@ -81,10 +81,6 @@ fn _open_loop<'py>(
         errors.iter().map(|&error| trial.run(error, watch)).collect::<Result<Vec<_>, PaperError>>()
     })?;
     plain(py, &found)
-}
-
-fn parsed(text: &str) -> PyResult<Model> {
-    Ok(Model::from_toml(text).map_err(refused)?.0)
 }
 
 fn observation_noise((reading, sigma): &(String, f64)) -> PyResult<ObservationNoise> {

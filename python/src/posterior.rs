@@ -14,6 +14,7 @@ use trundle_record::Dataset;
 
 use crate::error::{refused, run};
 use crate::inputs::{self, PriorText, dataset};
+use crate::model::PyModel;
 use crate::plain::{parsed, plain};
 use crate::watch::{once, watched_request};
 
@@ -54,7 +55,7 @@ fn method_of(name: &str) -> PyResult<Method> {
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
 fn _sample(
     recording: &Bound<'_, PyAny>,
-    model: Option<&str>,
+    model: Option<PyRef<'_, PyModel>>,
     prior: Option<PriorText>,
     method: &str,
     chains: usize,
@@ -64,7 +65,7 @@ fn _sample(
     seed: u64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyPosterior> {
-    let (data, model, prior) = (dataset(recording)?, inputs::model(model)?, inputs::prior(prior)?);
+    let (data, model, prior) = (dataset(recording)?, inputs::model(model), inputs::prior(prior)?);
     let mut model = for_recording(&data, model.as_ref());
     let mut fit = FitOptions { starts, seed, ..FitOptions::default() };
     if let Some(prior) = prior {

@@ -197,7 +197,7 @@ class _Outcome:
 
 def _fit(
     recordings: Sequence[Recording | str],
-    model: str | None = None,
+    model: Model | None = None,
     *,
     choice: Mapping[str, Any],
     per_episode: Sequence[str] = ...,
@@ -211,7 +211,7 @@ def _fit(
 def _profile(
     recording: Recording | str,
     parameter: str,
-    model: str | None = None,
+    model: Model | None = None,
     *,
     prior: tuple[str, str] | None = None,
     grid: Sequence[float] | None = None,
@@ -241,12 +241,12 @@ class _Online:
     @property
     def hypotheses(self) -> int: ...
 
-def _predict(recording: Recording | str, model: str, out: str | PathLike[str]) -> None: ...
+def _predict(recording: Recording | str, model: Model, out: str | PathLike[str]) -> None: ...
 def _platt() -> list[float]: ...
 def _sources(which: Literal["diagnosis", "all"]) -> str: ...
 def _diagnose(
     recording: Recording | str,
-    model: str | None = None,
+    model: Model | None = None,
     *,
     seed: int = 0,
     without: list[str] = ...,
@@ -254,11 +254,11 @@ def _diagnose(
     progress: Callable[[str, float], object] | None = None,
 ) -> _Outcome: ...
 def _design(
-    first: str,
-    second: str,
+    first: Model,
+    second: Model,
     *,
     recording: Recording | str | None = None,
-    body: str | None = None,
+    body: Model | None = None,
     noise: tuple[float, float, float, float],
     limits: Mapping[str, float],
     count: int = 1,
@@ -348,8 +348,8 @@ class Batch:
     def restore(self, index: int, snapshot: Snapshot) -> None: ...
 
 def _learning_curves(
-    truth: str,
-    form: str,
+    truth: Model,
+    form: Model,
     learners: Sequence[str],
     counts: Sequence[int],
     noise: tuple[str, float],
@@ -360,8 +360,8 @@ def _learning_curves(
     progress: Callable[[str, float], object] | None = None,
 ) -> tuple[list[list[float]], float]: ...
 def _open_loop(
-    truth: str,
-    form: str,
+    truth: Model,
+    form: Model,
     course: Mapping[str, Any],
     sizes: Sequence[float],
     counts: Sequence[int],
@@ -385,7 +385,7 @@ class _Posterior:
 
 def _sample(
     recording: Recording | str,
-    model: str | None = None,
+    model: Model | None = None,
     *,
     prior: tuple[str, str] | None = None,
     method: str = "laplace",

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.atomic import write_text
-from trundle.diagnosis import PathLike, Progress, model_text, native_recording
+from trundle.diagnosis import PathLike, Progress, native_recording, read_model
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -131,7 +131,7 @@ class Design:
         TrundleError
             If the model has no footprint (as on a rail), contains an unnamed wrench, or there is no push.
         """
-        model = tomllib.loads(model_text(self.fitted[0] if truth is None else truth) or "")
+        model = tomllib.loads(read_model(self.fitted[0] if truth is None else truth).to_toml())
         body = model.get("body", {})
         if not {"footprint", "fixture"} & body.keys():
             raise TrundleError("the model has no footprint: `trundle simulate` needs one")
@@ -221,11 +221,11 @@ def design(
         "spin": spin,
         "distance": distance,
     }
-    texts = [model_text(model) or "" for model in (model_a, model_b)]
     answer, first, second = _native._design(
-        *texts,
+        read_model(model_a),
+        read_model(model_b),
         recording=None if recording is None else native_recording(recording),
-        body=None if object is None else _body_toml(Path(object)),
+        body=None if object is None else _read_body(Path(object)),
         noise=noise,
         limits={name: float(value) for name, value in limits.items() if value is not None},
         count=pushes,
@@ -252,8 +252,8 @@ def _parse_design(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design
     )
 
 
-def _body_toml(path: Path) -> str:
-    """Return the text of a model file that contains only the body of an object or model file."""
+def _read_body(path: Path) -> Model:
+    """Return a model that contains only the body of an object or model file."""
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
@@ -262,7 +262,7 @@ def _body_toml(path: Path) -> str:
         raise TrundleError(
             f"{path}: has no [body]; give an object file, a model file, or the folder of a recording"
         )
-    return tomli_w.dumps({"format": "trundle-model/1", "body": found["body"]})
+    return Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "body": found["body"]}))
 
 
 def _is_simulable(text: str) -> bool:

@@ -202,7 +202,7 @@ def fit(
     prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     summary, fitted = _native._fit(
         native_recordings(recording),
-        model_text(model),
+        native_model(model),
         choice={
             "likelihood": likelihood,
             "window": window,
@@ -246,7 +246,7 @@ def predict(recording: Recording | PathLike, model: Model | PathLike, out: PathL
     """
     target = Path(out)
     with atomic_file(target) as part:
-        _native._predict(native_recording(recording), model_text(model) or "", part)
+        _native._predict(native_recording(recording), read_model(model), part)
     return target
 
 
@@ -321,7 +321,7 @@ def diagnose(
         raise TrundleError("parameters: need `step`; the parameters of a model are in its file")
     outcome = _native._diagnose(
         native_recording(recording),
-        model_text(model),
+        native_model(model),
         seed=seed,
         without=check_effect_names(without),
         wrench_pose=wrench_pose,
@@ -378,8 +378,11 @@ def native_recording(recording: Recording | PathLike) -> Recording | str:
     return recording if isinstance(recording, Recording) else os.fspath(recording)
 
 
-def model_text(model: Model | PathLike | None) -> str | None:
-    """Return the TOML text of a model or model file; None for None."""
-    if model is None:
-        return None
-    return (model if isinstance(model, Model) else Model.read(model)).to_toml()
+def read_model(model: Model | PathLike) -> Model:
+    """Return a model, or the model of a file."""
+    return model if isinstance(model, Model) else Model.read(model)
+
+
+def native_model(model: Model | PathLike | None) -> Model | None:
+    """Return a model as the native functions expect it; None for the nominal model."""
+    return None if model is None else read_model(model)

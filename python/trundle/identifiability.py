@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import PathLike, Progress, model_text, native_recording
+from trundle.diagnosis import PathLike, Progress, native_model, native_recording
 
 __all__ = ["CHI2_1_QUANTILE_90", "Profile", "format_identifiability", "profile"]
 
@@ -120,7 +120,7 @@ def profile(
     answer = _native._profile(
         native_recording(recording),
         parameter,
-        model_text(model),
+        native_model(model),
         prior=prior_file,
         grid=None if grid is None else [float(value) for value in grid],
         starts=starts,

@@ -12,7 +12,7 @@ import tomli_w
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError, _Regression
 from trundle.belief import Belief, Update
-from trundle.diagnosis import Fit, Likelihood, fit, model_text
+from trundle.diagnosis import Fit, Likelihood, fit
 from trundle.online import Online
 
 __all__ = ["KINDS", "Kind", "Learner", "make_learner"]
@@ -166,7 +166,7 @@ class Physics:
         """Return the model with named or supposed effects; None if no candidate predicts better."""
         try:
             outcome = _native._diagnose(
-                recording, model_text(None), seed=self._seed, without=EXCLUDED_EFFECTS, progress=None
+                recording, None, seed=self._seed, without=EXCLUDED_EFFECTS, progress=None
             )
         except TrundleError:
             # The object has not moved enough yet.

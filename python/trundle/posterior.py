@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.atomic import atomic_file
-from trundle.diagnosis import model_text, native_recording
+from trundle.diagnosis import native_model, native_recording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -204,7 +204,7 @@ def sample(
     prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     native = _native._sample(
         native_recording(recording),
-        model_text(model),
+        native_model(model),
         prior=prior_file,
         method=method,
         chains=chains,

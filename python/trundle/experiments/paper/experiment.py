@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import tomli_w
 
 from trundle.experiments.results import Row
+from trundle.model import Model
 from trundle.recording import TrundleError
 from trundle.rules import Count
 from trundle.settings import build_settings, parse, parse_format
@@ -19,7 +20,16 @@ from trundle.settings import build_settings, parse, parse_format
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Experiment", "Settings", "TaskObject", "model_text", "parse_settings", "product", "read", "title"]
+__all__ = [
+    "Experiment",
+    "Settings",
+    "TaskObject",
+    "build_model",
+    "parse_settings",
+    "product",
+    "read",
+    "title",
+]
 
 FORMAT = "trundle-paper/1"
 WHEEL = "viscous_wheel"
@@ -45,14 +55,14 @@ class TaskObject:
     effect: list[dict[str, Any]] = field(default_factory=list)
     radius: float | None = None
 
-    def true_model(self) -> str:
-        """Return the true model as the text of a `model.toml`."""
-        return model_text(self.body, self.effect)
+    def true_model(self) -> Model:
+        """Return the true model."""
+        return build_model(self.body, self.effect)
 
-    def free_model(self, *kinds: str) -> str:
+    def free_model(self, *kinds: str) -> Model:
         """Return a model of the object's shape whose mass and effects, by default one wheel, are free."""
         body = {key: value for key, value in self.body.items() if key != "mass"}
-        return model_text(body, [{"kind": kind} for kind in kinds or (WHEEL,)])
+        return build_model(body, [{"kind": kind} for kind in kinds or (WHEEL,)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,9 +176,9 @@ def read_object(folder: Path, name: str) -> TaskObject:
     return TaskObject(found["name"], found["body"], effects, found.get("radius"))
 
 
-def model_text(body: dict[str, Any], effects: list[dict[str, Any]]) -> str:
-    """Return the text of a `model.toml`."""
-    return tomli_w.dumps({"format": "trundle-model/1", "body": body, "effect": effects})
+def build_model(body: dict[str, Any], effects: list[dict[str, Any]]) -> Model:
+    """Return the model of the tables of a `model.toml`."""
+    return Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "body": body, "effect": effects}))
 
 
 def title(name: str) -> str:

@@ -15,7 +15,7 @@ import trundle
 from trundle.experiments import figure_style
 from trundle.experiments.markdown import table
 from trundle.experiments.paper import experiment
-from trundle.experiments.paper.experiment import TaskObject, model_text, product, title
+from trundle.experiments.paper.experiment import TaskObject, build_model, product, title
 from trundle.experiments.paper.scenario import open_loop, record
 from trundle.experiments.results import Row
 from trundle.experiments.sampling import Floats
@@ -129,10 +129,10 @@ def learn(
     """Return the model of a method, and its wheel."""
     if method == "before":
         wheel = {"x": 0.0, "y": 0.0, "angle": 0.0, "mu_x": settings.guess, "mu_y": settings.guess}
-        return Model.from_toml(model_text(pushed.body, [{"kind": "viscous_wheel", **wheel}])), wheel
+        return build_model(pushed.body, [{"kind": "viscous_wheel", **wheel}]), wheel
     kinds = ["viscous_wheel", *(["support_friction"] if method == "dry" else [])]
     likelihood = "filter" if method == "dry" else method
-    free = Model.from_toml(pushed.free_model(*kinds))
+    free = pushed.free_model(*kinds)
     fit = trundle.fit(recording, free, likelihood=likelihood, starts=settings.starts, seed=seed)
     values = {p["name"].removeprefix("viscous_wheel."): p["value"] for p in fit.model.parameters}
     return fit.model, {name: values[name] for name in ("x", "y", "angle", "mu_x", "mu_y")}

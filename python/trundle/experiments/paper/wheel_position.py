@@ -19,7 +19,6 @@ from trundle.experiments.paper.scenario import record
 from trundle.experiments.results import Row
 from trundle.experiments.sampling import log_uniform
 from trundle.experiments.statistics import median
-from trundle.model import Model
 from trundle.picture import outlines
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def fit_form(
     recording: trundle.Recording, pushed: TaskObject, kinds: list[str], wheel: Row, starts: int, seed: int
 ) -> Row:
     """Fit one model and compare its wheel with the hidden one."""
-    fit = trundle.fit(recording, Model.from_toml(pushed.free_model(*kinds)), starts=starts, seed=seed)
+    fit = trundle.fit(recording, pushed.free_model(*kinds), starts=starts, seed=seed)
     by_name = {p["name"]: p for p in fit.summary["parameters"]}
     x, y = (by_name[f"viscous_wheel.{axis}"] for axis in "xy")
     known = x["identifiable"] and y["identifiable"]
