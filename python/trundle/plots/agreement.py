@@ -39,7 +39,7 @@ def draw_agreement(on: Figure | SubFigure, cell: SubplotSpec, series: Series) ->
         axes.set(xlabel=f"recorded ({unit})", ylabel=f"required ({unit})" if column in (0, 2) else "")
         if column == 0:
             handles, labels = axes.get_legend_handles_labels()
-            legend(on, handles=handles, labels=labels, loc="outside upper right", ncols=3)  # type: ignore[arg-type]
+            legend(on, handles=handles, labels=labels, loc="outside upper right", ncols=3, markerscale=2.5)
 
 
 def _draw_channel(axes: Axes, wrenches: list[Wrench], channel: int) -> None:

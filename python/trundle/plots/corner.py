@@ -66,7 +66,7 @@ def posterior(
     described = {entry["name"]: entry for entry in posterior.summary["parameters"]}
     names = _choose(described, parameters)
     draws = {name: np.asarray(posterior.draws[name], dtype=np.float64) for name in names}
-    size = max(4.5, _PANEL * len(names) + 0.8)
+    size = max(6.0, _PANEL * len(names) + 0.8)
     on, whole = on_figure(figure, (size, size + 0.3))
     grid = on.subplots(len(names), len(names), squeeze=False, sharex="col")
     by_chain = posterior.summary["method"] != "laplace"
@@ -88,7 +88,7 @@ def posterior(
         f"{posterior.summary['recording']}: posterior",
         f"{chains} chains of {count} draws.",
         f"{posterior.summary['verdict'][:1].upper()}{posterior.summary['verdict'][1:]}.",
-        f"Contours contain {' and '.join(f'{100 * share:.0f} %' for share in reversed(_SHARES))} of the draws.",
+        f"Contours contain {100 * _SHARES[1]:.0f} % and {100 * _SHARES[0]:.0f} % of the draws.",
         note if left_out else "",
     )
     return whole
@@ -117,7 +117,13 @@ def _draw_marginal(axes: Axes, draws: Array, described: Mapping[str, Any], by_ch
         for index, chain in enumerate(draws):
             label = "one chain" if index == 0 else "_"
             axes.hist(
-                chain, bins=bins, density=True, histtype="step", color=palette.MUTED, linewidth=0.6, label=label
+                chain,
+                bins=bins,
+                density=True,
+                histtype="step",
+                color=palette.MUTED,
+                linewidth=0.6,
+                label=label,
             )
     low, high = np.quantile(draws, [0.05, 0.95])
     base = {"transform": axes.get_xaxis_transform(), "color": palette.AFTER, "linewidth": 3.0}
@@ -129,7 +135,14 @@ def _draw_marginal(axes: Axes, draws: Array, described: Mapping[str, Any], by_ch
 def _draw_pair(axes: Axes, x: Array, y: Array) -> None:
     """Draw the draws of two parameters, (chain, draw) each, and contours of their density."""
     axes.plot(
-        x.ravel(), y.ravel(), ".", color=palette.AFTER, markersize=1.8, alpha=0.35, rasterized=True, linewidth=0
+        x.ravel(),
+        y.ravel(),
+        ".",
+        color=palette.AFTER,
+        markersize=1.8,
+        alpha=0.35,
+        rasterized=True,
+        linewidth=0,
     )
     density, x_centres, y_centres = _density(x.ravel(), y.ravel())
     levels = _levels(density)
@@ -169,7 +182,10 @@ def _label(grid: Any, names: Sequence[str], described: Mapping[str, Mapping[str,
             plain(axes)
             axes.xaxis.set_major_locator(MaxNLocator(3))
             axes.yaxis.set_major_locator(MaxNLocator(3))
-            axes.tick_params(labelsize=7, labelleft=column == 0 and row > 0, labelbottom=row == len(names) - 1)
+            axes.ticklabel_format(useOffset=False)
+            axes.tick_params(
+                labelsize=7, labelleft=column == 0 and row > 0, labelbottom=row == len(names) - 1
+            )
             axes.tick_params(axis="x", labelrotation=35)
         if row > 0:
             grid[row, 0].set_ylabel(text)

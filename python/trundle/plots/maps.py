@@ -21,7 +21,10 @@ from trundle.report.series import Array, Series
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw_floor", "draw_object", "has_floor_marks"]
+__all__ = ["draw_floor", "draw_object", "has_floor_marks", "has_object_marks"]
+
+_NUMBER_OFFSETS = ((7, 5), (-15, 5), (7, -14), (-15, -14))
+"""Places of numbers relative to their marks, points, so that those of nearby marks do not overlap."""
 
 
 def draw_object(axes: Axes, answer: Mapping[str, Any], series: Series) -> None:
@@ -33,7 +36,9 @@ def draw_object(axes: Axes, answer: Mapping[str, Any], series: Series) -> None:
     for feet in series.feet:
         style = {"marker": "o", "markersize": 6, "markerfacecolor": palette.PAPER, "linestyle": "none"}
         axes.plot(feet[:, 0], feet[:, 1], color=palette.MUTED, label="support points", **style)
-    wheels = [wheel for wheel in known_wheels(answer.get("nominal") or {}) if _is_near(wheel.position, corners)]
+    wheels = [
+        wheel for wheel in known_wheels(answer.get("nominal") or {}) if _is_near(wheel.position, corners)
+    ]
     for wheel in wheels:
         _draw_wheel(axes, wheel, 0.09 * size)
     if wheels:
@@ -47,7 +52,7 @@ def draw_object(axes: Axes, answer: Mapping[str, Any], series: Series) -> None:
     inside = [spot[None] for spot in spots if _is_near(spot, corners)]
     top_view.finish(axes, "object", [corners, *series.feet, *inside, *(w.position[None] for w in wheels)])
     axes.set_title("object from above", loc="left", fontsize=9)
-    legend(axes, 7.5, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+    _legend_below(axes, 2)
 
 
 def _is_near(spot: Array, corners: Array) -> bool:
@@ -71,16 +76,31 @@ def _draw_points(axes: Axes, named: Sequence[tuple[Place, Point]]) -> None:
     for place, point in named:
         if np.isfinite(point.sd).all():
             width, height = 2.0 * WITHIN_95 * point.sd
-            axes.add_patch(Ellipse(tuple(point.mean), width, height, color=palette.MARK, alpha=0.25, linewidth=0))
+            axes.add_patch(
+                Ellipse(tuple(point.mean), width, height, color=palette.MARK, alpha=0.25, linewidth=0)
+            )
         label = f"{place.number}: {place.name}"
         style = {"marker": "+", "markersize": 13, "markeredgewidth": 2.0, "linestyle": "none"}
         axes.plot(*point.mean, color=palette.MARK, label=label, **style)
         _number(axes, place.number, point.mean)
 
 
+def _legend_below(axes: Axes, columns: int) -> None:
+    """Add a legend below the label of the x axis."""
+    below = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "borderaxespad": 5.0}
+    legend(axes, 7.5, ncols=columns, **below)
+
+
 def _number(axes: Axes, number: int, at: Array) -> None:
+    offset = _NUMBER_OFFSETS[(number - 1) % len(_NUMBER_OFFSETS)]
     style = {"textcoords": "offset points", "color": palette.MARK, "fontsize": 11, "weight": "bold"}
-    axes.annotate(str(number), tuple(at), (7, 5), **style)
+    axes.annotate(str(number), tuple(at), offset, **style)
+
+
+def has_object_marks(answer: Mapping[str, Any]) -> bool:
+    """Return whether the diagnosis locates an effect or the residual on the object."""
+    named = locate_effects(answer.get("missing") or ())
+    return hint_point(answer) is not None or any(place.body is not None for place in named)
 
 
 def has_floor_marks(answer: Mapping[str, Any], series: Series) -> bool:
@@ -117,7 +137,7 @@ def draw_floor(axes: Axes, answer: Mapping[str, Any], series: Series) -> None:
         _draw_direction(axes, place)
     top_view.finish(axes, "world", around)
     axes.set_title("floor from above", loc="left", fontsize=9)
-    legend(axes, 7.5, loc="upper center", bbox_to_anchor=(0.5, -0.16))
+    _legend_below(axes, 1)
 
 
 def _draw_event(axes: Axes, place: Place, series: Series) -> list[Array]:

@@ -68,17 +68,20 @@ class MotionPanels:
     def draw(self, on: Figure | SubFigure, cells: Sequence[SubplotSpec]) -> None:
         """Draw each episode into a cell of a grid; the first one has the legend."""
         panels = [
-            self._draw_episode(on, cell, episode)
-            for episode, cell in zip(self.episodes, cells, strict=True)
+            self._draw_episode(on, cell, episode) for episode, cell in zip(self.episodes, cells, strict=True)
         ]
         handles, labels = panels[0][0].get_legend_handles_labels()
         legend(on, handles=handles, labels=labels, loc="outside upper right", ncols=4)
         for lanes in zip(*(lanes for _, lanes in panels), strict=True):
             _share_values(lanes)
 
-    def _draw_episode(self, on: Figure | SubFigure, cell: SubplotSpec, episode: Episode) -> tuple[Axes, list[Axes]]:
+    def _draw_episode(
+        self, on: Figure | SubFigure, cell: SubplotSpec, episode: Episode
+    ) -> tuple[Axes, list[Axes]]:
         rail = self.on_rail
-        grid = cell.subgridspec(2 if rail else 3, 1, height_ratios=[1, 1] if rail else [3.2, 1, 1], hspace=0.05)
+        grid = cell.subgridspec(
+            2 if rail else 3, 1, height_ratios=[1, 1] if rail else [3.2, 1, 1], hspace=0.05
+        )
         top = on.add_subplot(grid[0])
         kind = "held out" if episode.held_out else "training"
         lanes = [on.add_subplot(grid[1], sharex=top if rail else None)]
@@ -121,7 +124,9 @@ class MotionPanels:
         top_view.draw_path(axes, episode.observed, palette.RECORDED, linewidth=4.0, label="recorded")
         for side, curve in simulated(episode):
             for pose in top_view.first_and_last(curve)[1:]:
-                top_view.draw_outlines(axes, shape, pose, palette.BEFORE if side == "before" else palette.AFTER)
+                top_view.draw_outlines(
+                    axes, shape, pose, palette.BEFORE if side == "before" else palette.AFTER
+                )
             axes.plot(curve[:, 0], curve[:, 1], label=self.names[side], **SIDES[side])
         for pose in ends[:1]:
             top_view.draw_start(axes, pose)

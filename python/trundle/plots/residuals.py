@@ -117,9 +117,7 @@ def _draw_wrenches(
     diagnosis: Diagnosis, wanted: str | Sequence[str] | None, figure: Figure | SubFigure | None
 ) -> Figure:
     answer = diagnosis.answer
-    series = Series.parse(
-        diagnosis.series, single=is_single(answer, diagnosis.series.get("unnamed"))
-    )
+    series = Series.parse(diagnosis.series, single=is_single(answer, diagnosis.series.get("unnamed")))
     windows = (answer.get("mismatch") or {}).get("windows") or ()
     ordered = select_episodes(series, windows, tuple(SIDES))
     name = str(answer.get("recording"))
@@ -153,9 +151,7 @@ def _draw_channel(axes: Axes, found: Residual, channel: int) -> None:
         axes.plot(found.t, curve[:, channel], label=label, **style)
 
 
-def _limited(
-    ordered: Sequence[Episode], wanted: str | Sequence[str] | None, of: str
-) -> list[Episode]:
+def _limited(ordered: Sequence[Episode], wanted: str | Sequence[str] | None, of: str) -> list[Episode]:
     """Return the wanted episodes in their order; for None the first `MAX_EPISODES`."""
     names = choose([each.name for each in ordered], wanted, of)
     by_name = {each.name: each for each in ordered}

@@ -8,14 +8,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from trundle._optional import require
 from trundle.inspection import prepare
 from trundle.model import Model
 from trundle.picture import outlines
 from trundle.recording import Recording, TrundleError, read
-from trundle.report.series import Episode, Series
+from trundle.report.series import Series
 
 __all__ = ["PathLike", "choose", "is_on_rail", "open_loop", "read_recording", "short_names"]
 
@@ -56,9 +54,11 @@ def choose(names: Sequence[str], wanted: str | Sequence[str] | None, of: str) ->
 
 
 def short_names(names: Sequence[str]) -> dict[str, str]:
-    """Return each name without the prefix that all share: "00" for "episode_00"."""
-    prefix = len(os.path.commonprefix(list(names))) if len(names) > 1 else 0
-    return {name: name[prefix:] or name for name in names}
+    """Return each name without the words that all share: "00" for "episode_00"."""
+    first, last = min(names), max(names)
+    same = next((k for k, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), 0)
+    prefix = len(first[:same].rstrip("0123456789"))
+    return {name: name[prefix:] for name in names}
 
 
 def is_on_rail(recording: Recording) -> bool:

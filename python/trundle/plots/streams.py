@@ -20,7 +20,7 @@ from trundle.report.series import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
-    from matplotlib.gridspec import GridSpec, SubplotSpec
+    from matplotlib.gridspec import GridSpec
 
 __all__ = ["recording"]
 
@@ -44,7 +44,7 @@ def recording(
 ) -> Figure:
     """Draw a recording: the paths from above, and wrench and motion over time.
 
-    The wrench is tared and in object axes about the object's origin. The motion is relative to the first pose.
+    The wrench is tared, in object axes about the object's origin. The motion is relative to the first pose.
 
     Parameters
     ----------
@@ -119,9 +119,7 @@ def _draw_paths(axes: Axes, episodes: Episodes, shape: Sequence[Array], colour: 
                 axes.annotate(name, end[:2], (4, 3), **place)
 
 
-def _draw_rows(
-    on: Figure | SubFigure, grid: GridSpec, top: int, episodes: Episodes, rail: bool
-) -> None:
+def _draw_rows(on: Figure | SubFigure, grid: GridSpec, top: int, episodes: Episodes, rail: bool) -> None:
     """Draw one row of axes for each episode; the axes of a column have the same limits."""
     lanes = _lanes(list(episodes.values()), rail)
     first: list[Axes | None] = [None] * len(lanes)

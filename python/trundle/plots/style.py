@@ -34,7 +34,9 @@ def new_figure(size: tuple[float, float]) -> Figure:
     return NotebookFigure(figsize=size, layout="constrained")
 
 
-def on_figure(given: Figure | SubFigure | None, size: tuple[float, float]) -> tuple[Figure | SubFigure, Figure]:
+def on_figure(
+    given: Figure | SubFigure | None, size: tuple[float, float]
+) -> tuple[Figure | SubFigure, Figure]:
     """Return the figure or subfigure to draw on, and the whole figure; both new if none is given."""
     if given is None:
         created = new_figure(size)
@@ -68,9 +70,14 @@ def plain(axes: Axes) -> None:
 
 
 def heading(on: Figure | SubFigure, title: str, *sentences: str) -> None:
-    """Write a title at the top left of a figure, and sentences at its bottom, in a smaller type."""
+    """Write a title at the top left of a figure, and sentences at its bottom, in a smaller type.
+
+    The title leaves room for a legend at the top right.
+    """
     width = on.bbox.width / on.figure.dpi
-    on.suptitle(_wrap(title, int(8.2 * width)), x=0.01, ha="left", fontsize=11, weight="bold", color=palette.INK)
+    on.suptitle(
+        _wrap(title, int(5.2 * width)), x=0.01, ha="left", fontsize=11, weight="bold", color=palette.INK
+    )
     caption = _wrap(" ".join(text for text in sentences if text), int(14.0 * width))
     on.supxlabel(caption, x=0.01, ha="left", fontsize=8.5, color=palette.MUTED, linespacing=1.4)
 

@@ -48,7 +48,9 @@ def draw_start(axes: Axes, pose: Array) -> None:
     axes.plot(*pose[:2], marker="o", markersize=4, color=palette.INK, linestyle="none", label="start")
 
 
-def draw_arrow(axes: Axes, start: Array, end: Array, colour: str, both: bool = False, width: float = 1.2) -> None:
+def draw_arrow(
+    axes: Axes, start: Array, end: Array, colour: str, both: bool = False, width: float = 1.2
+) -> None:
     """Draw an arrow between two points (2,), m; with `both`, it has a head at each end."""
     style = {"arrowstyle": "<->" if both else "->", "color": colour, "linewidth": width}
     axes.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops={**style, "shrinkA": 0, "shrinkB": 0})

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from trundle.plots.agreement import draw_agreement
 from trundle.plots.evidence import draw_evidence
-from trundle.plots.maps import draw_floor, draw_object, has_floor_marks
+from trundle.plots.maps import draw_floor, draw_object, has_floor_marks, has_object_marks
 from trundle.plots.motion import MotionPanels, simulated
 from trundle.plots.style import heading, on_figure
 from trundle.report import wording
@@ -26,7 +26,7 @@ __all__ = ["diagnosis"]
 
 MAX_EPISODES = 3
 """Maximum number of episodes whose motion is drawn."""
-_WIDTH, _MAP = 11.0, 3.9
+_WIDTH, _MAP, _BARS = 11.0, 3.9, 1.9
 _MOTION, _RAIL, _AGREEMENT = 5.2, 3.2, 3.6
 """Heights of the parts, inches."""
 
@@ -46,10 +46,10 @@ def diagnosis(diagnosis: Diagnosis, *, figure: Figure | SubFigure | None = None)
     Returns
     -------
     matplotlib.figure.Figure
-        In the first row: the object from above, the floor if an effect is located on it, and probabilities
-        (the misfit by axis if the verdict is "unexplained"). In the second: recorded and simulated motion of
-        up to three episodes, held-out ones first; for quasi-static pushes, the required and the recorded
-        wrench.
+        In the first row: the object from above, the floor if an effect is located on it, and probabilities of
+        explanations (for "unexplained" the misfit by axis, for "reparameterised" the changes of values). In
+        the second: recorded and simulated motion of up to three episodes, held-out ones first; for
+        quasi-static pushes, the required and the recorded wrench.
 
     Raises
     ------
@@ -66,8 +66,9 @@ def diagnosis(diagnosis: Diagnosis, *, figure: Figure | SubFigure | None = None)
     series = Series.parse(diagnosis.series, single=is_single(answer, diagnosis.series.get("unnamed")))
     panels = _panels(answer, diagnosis.series, series)
     below = _below(answer, series)
-    on, whole = on_figure(figure, (_WIDTH, _MAP + (below[0] if below else 0.0) + 0.9))
-    parts = on.add_gridspec(2 if below else 1, 1, height_ratios=[_MAP, below[0]] if below else [_MAP])
+    heights = [_MAP if len(panels) > 1 else _BARS, *([below[0]] if below else [])]
+    on, whole = on_figure(figure, (_WIDTH, sum(heights) + 0.9))
+    parts = on.add_gridspec(len(heights), 1, height_ratios=heights)
     top = parts[0].subgridspec(1, len(panels))
     for column, draw in enumerate(panels):
         draw(on.add_subplot(top[column]))
@@ -86,9 +87,10 @@ def _sentences(answer: Mapping[str, Any], series: Series) -> list[str]:
 def _panels(answer: Mapping[str, Any], given: Mapping[str, Any], series: Series) -> list[Panel]:
     """Return what the first row consists of."""
     found: list[Panel] = []
-    if series.footprint:
+    on_floor = has_floor_marks(answer, series)
+    if series.footprint and (has_object_marks(answer) or not on_floor):
         found.append(lambda axes: draw_object(axes, answer, series))
-    if has_floor_marks(answer, series):
+    if on_floor:
         found.append(lambda axes: draw_floor(axes, answer, series))
     return [*found, lambda axes: draw_evidence(axes, answer, given.get("candidates") or (), series)]
 
