@@ -49,7 +49,12 @@ def _draw_channel(axes: Axes, wrenches: list[Wrench], channel: int) -> None:
     for side, marker in (("before", "s"), ("after", "o")):
         required = np.concatenate([_required(each, side, channel) for each in wrenches])
         if np.isfinite(required).any():
-            style = {"color": SIDES[side]["color"], "markersize": 3.0, "alpha": 0.45, "markeredgewidth": 0}
+            style: dict[str, Any] = {
+                "color": SIDES[side]["color"],
+                "markersize": 3.0,
+                "alpha": 0.45,
+                "markeredgewidth": 0,
+            }
             axes.plot(recorded, required, marker, linestyle="none", label=side, **style)
     plain(axes)
     axes.set(xlim=(-limit, limit), ylim=(-limit, limit))

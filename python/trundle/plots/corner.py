@@ -111,7 +111,8 @@ def _choose(described: Mapping[str, Mapping[str, Any]], wanted: Sequence[str] | 
 
 def _draw_marginal(axes: Axes, draws: Array, described: Mapping[str, Any], by_chain: bool) -> None:
     """Draw the density of all draws (chain, draw), of each chain, and the 90 % interval."""
-    bins = np.histogram_bin_edges(draws, bins=min(40, max(10, int(np.sqrt(draws.size)))))
+    count = min(40, max(10, int(np.sqrt(draws.size))))
+    bins = np.histogram_bin_edges(draws, bins=count).tolist()
     axes.hist(draws.ravel(), bins=bins, density=True, color=palette.AFTER, alpha=0.3, label="all draws")
     if by_chain:
         for index, chain in enumerate(draws):
@@ -126,7 +127,7 @@ def _draw_marginal(axes: Axes, draws: Array, described: Mapping[str, Any], by_ch
                 label=label,
             )
     low, high = np.quantile(draws, [0.05, 0.95])
-    base = {"transform": axes.get_xaxis_transform(), "color": palette.AFTER, "linewidth": 3.0}
+    base: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "color": palette.AFTER, "linewidth": 3.0}
     axes.plot([low, high], [0.0, 0.0], label="90 % interval", clip_on=False, **base)
     estimate = format_estimate(draws.mean(), draws.std(), str(described["unit"]))
     axes.set_title(estimate, fontsize=8, color=palette.INK)

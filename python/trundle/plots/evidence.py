@@ -66,8 +66,14 @@ def _draw_changes(axes: Axes, changes: Sequence[tuple[str, float, float]]) -> No
     axes.set_xlabel("fitted minus given (% of the given value)")
     rows = list(range(len(changes)))
     axes.axvline(0.0, color=palette.MUTED, linewidth=0.9)
-    style = {"fmt": "o", "color": palette.AFTER, "markersize": 5, "elinewidth": 1.5, "capsize": 3}
-    sizes, half = ([100.0 * each[k] for each in changes] for k in (1, 2))
+    style: dict[str, Any] = {
+        "fmt": "o",
+        "color": palette.AFTER,
+        "markersize": 5,
+        "elinewidth": 1.5,
+        "capsize": 3,
+    }
+    sizes, half = [100.0 * size for _, size, _ in changes], [100.0 * sd for *_, sd in changes]
     axes.errorbar(sizes, rows, xerr=half, **style)
     axes.set_yticks(rows, [name for name, *_ in changes])
 

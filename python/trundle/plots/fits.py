@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from trundle.plots.motion import MotionPanels, simulated
-from trundle.plots.selection import PathLike, choose, open_loop, read_recording
+from trundle.plots.selection import PathLike, choose, open_loop, quasi_static_note, read_recording
 from trundle.plots.style import heading, on_figure
 from trundle.recording import Recording, TrundleError
 from trundle.report.quantity import format_quantity
@@ -81,7 +81,8 @@ def fit(
     grid = on.add_gridspec(rows, columns)
     panels.draw(on, [grid[index // columns, index % columns] for index in range(len(drawn))])
     shown = "" if len(drawn) == len(ordered) else f"{len(drawn)} of {len(ordered)} episodes are shown."
-    heading(on, f"{source.name}: fitted model in open loop", _errors(fit.summary), shown)
+    note = quasi_static_note(fit.summary)
+    heading(on, f"{source.name}: fitted model in open loop", _errors(fit.summary), shown, note)
     return whole
 
 

@@ -34,7 +34,12 @@ def draw_object(axes: Axes, answer: Mapping[str, Any], series: Series) -> None:
     size = float(np.ptp(corners, axis=0).max())
     top_view.draw_outlines(axes, series.footprint, np.zeros(3), palette.INK, fill=palette.SOFT)
     for feet in series.feet:
-        style = {"marker": "o", "markersize": 6, "markerfacecolor": palette.PAPER, "linestyle": "none"}
+        style: dict[str, Any] = {
+            "marker": "o",
+            "markersize": 6,
+            "markerfacecolor": palette.PAPER,
+            "linestyle": "none",
+        }
         axes.plot(feet[:, 0], feet[:, 1], color=palette.MUTED, label="support points", **style)
     wheels = [
         wheel for wheel in known_wheels(answer.get("nominal") or {}) if _is_near(wheel.position, corners)
@@ -46,7 +51,12 @@ def draw_object(axes: Axes, answer: Mapping[str, Any], series: Series) -> None:
     spots = [point.mean for _, point in named] + ([] if hint is None else [hint])
     _draw_points(axes, named)
     if hint is not None:
-        style = {"marker": "D", "markersize": 9, "markerfacecolor": "none", "markeredgewidth": 1.8}
+        style: dict[str, Any] = {
+            "marker": "D",
+            "markersize": 9,
+            "markerfacecolor": "none",
+            "markeredgewidth": 1.8,
+        }
         label = "where the residual acts"
         axes.plot(*hint, color=palette.MARK, linestyle="none", label=label, **style)
     inside = [spot[None] for spot in spots if _is_near(spot, corners)]
@@ -80,20 +90,25 @@ def _draw_points(axes: Axes, named: Sequence[tuple[Place, Point]]) -> None:
                 Ellipse(tuple(point.mean), width, height, color=palette.MARK, alpha=0.25, linewidth=0)
             )
         label = f"{place.number}: {place.name}"
-        style = {"marker": "+", "markersize": 13, "markeredgewidth": 2.0, "linestyle": "none"}
+        style: dict[str, Any] = {"marker": "+", "markersize": 13, "markeredgewidth": 2.0, "linestyle": "none"}
         axes.plot(*point.mean, color=palette.MARK, label=label, **style)
         _number(axes, place.number, point.mean)
 
 
 def _legend_below(axes: Axes, columns: int) -> None:
     """Add a legend below the label of the x axis."""
-    below = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "borderaxespad": 5.0}
+    below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "borderaxespad": 5.0}
     legend(axes, 7.5, ncols=columns, **below)
 
 
 def _number(axes: Axes, number: int, at: Array) -> None:
     offset = _NUMBER_OFFSETS[(number - 1) % len(_NUMBER_OFFSETS)]
-    style = {"textcoords": "offset points", "color": palette.MARK, "fontsize": 11, "weight": "bold"}
+    style: dict[str, Any] = {
+        "textcoords": "offset points",
+        "color": palette.MARK,
+        "fontsize": 11,
+        "weight": "bold",
+    }
     axes.annotate(str(number), tuple(at), offset, **style)
 
 
@@ -129,7 +144,7 @@ def draw_floor(axes: Axes, answer: Mapping[str, Any], series: Series) -> None:
     hint = _hint_region(answer)
     regions = [(f"{place.number}: {place.name}", place.region) for place in named if place.region is not None]
     for label, region in [*regions, *([] if hint is None else [("where the residual acts", hint)])]:
-        style = {"facecolor": palette.MARK, "alpha": 0.18, "linewidth": 0}
+        style: dict[str, Any] = {"facecolor": palette.MARK, "alpha": 0.18, "linewidth": 0}
         axes.fill(region[:, 0], region[:, 1], label=label, **style)
         around.append(region)
     for place in named:
@@ -147,7 +162,12 @@ def _draw_event(axes: Axes, place: Place, series: Series) -> list[Array]:
     if pose is None:
         return []
     top_view.draw_outlines(axes, series.footprint, pose, palette.MARK, "--")
-    style = {"marker": "o", "markersize": 9, "markerfacecolor": "none", "markeredgewidth": 1.8}
+    style: dict[str, Any] = {
+        "marker": "o",
+        "markersize": 9,
+        "markerfacecolor": "none",
+        "markeredgewidth": 1.8,
+    }
     label = f"{place.number}: {place.name}"
     axes.plot(*pose[:2], color=palette.MARK, linestyle="none", label=label, **style)
     _number(axes, place.number, pose[:2])
@@ -159,7 +179,11 @@ def _draw_direction(axes: Axes, place: Place) -> None:
     if place.direction is None:
         return
     half = 0.3 * place.direction.along
-    style = {"arrowstyle": "<->" if place.direction.both else "->", "color": palette.MARK, "linewidth": 2.2}
+    style: dict[str, Any] = {
+        "arrowstyle": "<->" if place.direction.both else "->",
+        "color": palette.MARK,
+        "linewidth": 2.2,
+    }
     tail, head = (tuple(0.5 + sign * half) for sign in (-1.0, 1.0))
     axes.annotate(
         "", xy=head, xytext=tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style

@@ -109,7 +109,7 @@ class MotionPanels:
 
     def _draw_position(self, axes: Axes, episode: Episode) -> None:
         factor = self._metres.factor
-        recorded = {"color": palette.RECORDED, "linewidth": 4.0, "label": "recorded"}
+        recorded: dict[str, Any] = {"color": palette.RECORDED, "linewidth": 4.0, "label": "recorded"}
         axes.plot(episode.t, factor * episode.observed[:, 0], **recorded)  # type: ignore[arg-type]
         for side, curve in simulated(episode):
             axes.plot(episode.t, factor * curve[:, 0], label=self.names[side], **SIDES[side])

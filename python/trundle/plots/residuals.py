@@ -12,9 +12,9 @@ from trundle.diagnosis import Diagnosis, Fit
 from trundle.inspection import inspect
 from trundle.model import Model
 from trundle.plots.motion import SIDES
-from trundle.plots.selection import PathLike, choose, open_loop, read_recording
+from trundle.plots.selection import PathLike, choose, open_loop, quasi_static_note, read_recording
 from trundle.plots.style import heading, legend, on_figure, plain
-from trundle.plots.time_axes import common_scale, draw_band, draw_marks, reach
+from trundle.plots.time_axes import common_scale, draw_band, draw_marks
 from trundle.recording import Recording, TrundleError
 from trundle.report.figures.motion import events_in
 from trundle.report.figures.residual import CHANNELS, select_episodes, windows_in
@@ -83,9 +83,9 @@ def residual(
     if recording is None:
         raise TrundleError("residual: the recording is missing; call residual(model, recording)")
     model = source.model if isinstance(source, Fit) else source
-    return _draw_poses(
-        model if isinstance(model, Model) else Model.read(model), read_recording(recording), episodes, figure
-    )
+    parsed = model if isinstance(model, Model) else Model.read(model)
+    note = quasi_static_note(source.summary) if isinstance(source, Fit) else ""
+    return _draw_poses(parsed, read_recording(recording), episodes, figure, note)
 
 
 def _draw_poses(
@@ -93,6 +93,7 @@ def _draw_poses(
     recording: Recording,
     wanted: str | Sequence[str] | None,
     figure: Figure | SubFigure | None,
+    note: str,
 ) -> Figure:
     series = open_loop(recording, model)
     ordered = held_out_first(series.episodes)
@@ -109,7 +110,7 @@ def _draw_poses(
             axes.plot(episode.t, factor * gap[:, k], label="recorded minus simulated", **SIDES["after"])
     _finish(on, grid)
     shown = _shown(drawn, ordered)
-    heading(on, f"{recording.name}: residual of the pose in open loop", "World axes.", shown)
+    heading(on, f"{recording.name}: residual of the pose in open loop", "World axes.", shown, note)
     return whole
 
 
@@ -146,7 +147,7 @@ def _draw_channel(axes: Axes, found: Residual, channel: int) -> None:
         draw_band(axes, found.t, sd[:, channel])
     sides = [(side, curve) for side in SIDES if (curve := getattr(found, side)) is not None]
     for side, curve in sides:
-        style = {"color": SIDES[side]["color"], "linewidth": 0.9}
+        style: dict[str, Any] = {"color": SIDES[side]["color"], "linewidth": 0.9}
         label = side if len(sides) > 1 else "residual"
         axes.plot(found.t, curve[:, channel], label=label, **style)
 
@@ -199,9 +200,8 @@ def _rows(
 
 def _finish(on: Any, grid: Sequence[Sequence[Axes]]) -> None:
     """Make the value axes symmetric about zero, and add the legend."""
-    for column in zip(*grid, strict=True):
-        lines = [np.asarray(line.get_ydata(), dtype=np.float64) for axes in column for line in axes.lines]
-        limit = 1.1 * reach([line for line in lines if len(line) > 2])
-        column[0].set_ylim(-limit, limit)
+    for axes in grid[0]:
+        limit = max(map(abs, axes.get_ylim()))
+        axes.set_ylim(-limit, limit)
     handles, labels = grid[0][0].get_legend_handles_labels()
     legend(on, handles=handles, labels=labels, loc="outside upper right", ncols=4)

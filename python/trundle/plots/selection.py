@@ -15,7 +15,15 @@ from trundle.picture import outlines
 from trundle.recording import Recording, TrundleError, read
 from trundle.report.series import Series
 
-__all__ = ["PathLike", "choose", "is_on_rail", "open_loop", "read_recording", "short_names"]
+__all__ = [
+    "PathLike",
+    "choose",
+    "is_on_rail",
+    "open_loop",
+    "quasi_static_note",
+    "read_recording",
+    "short_names",
+]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
@@ -104,6 +112,16 @@ def open_loop(recording: Recording, model: Model) -> Series:
             "dof": described.get("dof"),
             "episodes": episodes,
         }
+    )
+
+
+def quasi_static_note(summary: Mapping[str, Any]) -> str:
+    """Return a caution about the open loop of a fit to quasi-static pushes; empty for other fits."""
+    if not summary.get("quasi_static"):
+        return ""
+    return (
+        "The pushes are quasi-static: the fit compares wrenches, and small errors of the wrench grow in open "
+        "loop. A diagnosis shows the wrench that the model requires."
     )
 
 

@@ -11,6 +11,7 @@ from trundle import palette
 from trundle.inspection import prepare
 from trundle.picture import outlines
 from trundle.plots import top_view
+from trundle.plots.pushed_path import draw_pushed_path
 from trundle.plots.selection import PathLike, choose, is_on_rail, read_recording, short_names
 from trundle.plots.style import heading, legend, on_figure, plain
 from trundle.plots.time_axes import common_scale, draw_contact, label_lanes
@@ -28,7 +29,6 @@ MAX_EPISODES = 8
 """Maximum number of episodes drawn over time."""
 MAX_NAMED_PATHS = 12
 """Maximum number of paths with a name in the top view."""
-_OUTLINES, _ARROWS = 5, 14
 _X, _Y, _THETA = palette.AFTER, palette.BEFORE, palette.MARK
 _WIDTH, _ROW, _MAP = 11.0, 1.15, 4.2
 _NOTE = "Wrench on the object, object axes; motion from the first pose. Dotted: start of contact."
@@ -115,7 +115,12 @@ def _draw_paths(axes: Axes, episodes: Episodes, shape: Sequence[Array], colour: 
         for end in top_view.first_and_last(each["pose"])[1:]:
             top_view.draw_outlines(axes, shape, end, palette.RECORDED if few else palette.LINE, ":")
             if few:
-                place = {"textcoords": "offset points", "fontsize": 8, "color": colour, "weight": "bold"}
+                place: dict[str, Any] = {
+                    "textcoords": "offset points",
+                    "fontsize": 8,
+                    "color": colour,
+                    "weight": "bold",
+                }
                 axes.annotate(name, end[:2], (4, 3), **place)
 
 
@@ -193,7 +198,7 @@ def _draw_episode(
     on, whole = on_figure(given, (_WIDTH, 1.4 + (1.7 if rail else 1.15) * len(lanes)))
     grid = on.add_gridspec(len(lanes), 1 if rail else 2)
     if not rail:
-        _draw_path_with_forces(on.add_subplot(grid[:, 0]), each, outlines(source.metadata["object"]))
+        draw_pushed_path(on.add_subplot(grid[:, 0]), each, outlines(source.metadata["object"]))
     drawn: list[Axes] = []
     for row, (_, entries) in enumerate(lanes):
         axes = on.add_subplot(grid[row, -1], sharex=drawn[0] if drawn else None)
@@ -207,48 +212,3 @@ def _draw_episode(
     kind = "held out" if each["held_out"] else "training"
     heading(on, f"{source.name}: {name} ({kind})", _NOTE)
     return whole
-
-
-def _draw_path_with_forces(axes: Axes, each: Mapping[str, Any], shape: Sequence[Array]) -> None:
-    """Draw the path, outlines along it, and the force on the object at the origin of its frame."""
-    poses = each["pose"][np.isfinite(each["pose"]).all(axis=1)]
-    for at in np.unique(np.linspace(0, len(poses) - 1, _OUTLINES).astype(int)):
-        last = at == len(poses) - 1
-        colour = palette.INK if last else palette.RECORDED
-        top_view.draw_outlines(axes, shape, poses[at], colour, "-" if last else ":")
-    top_view.draw_path(axes, poses, palette.RECORDED, linewidth=3.0, label="path of the origin")
-    if len(poses):
-        top_view.draw_start(axes, poses[0])
-    longest = _draw_forces(axes, each)
-    if longest > 0.0:
-        axes.plot([], [], color=palette.BEFORE, label=f"force, at most {longest:.3g} N")
-    top_view.finish(axes, "world")
-    legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
-
-
-def _draw_forces(axes: Axes, each: Mapping[str, Any]) -> float:
-    """Draw arrows of the force where it acts, at even times, and return the largest force, N."""
-    t, wrench, frame = each["wrench_t"], each["on_object"], each["frame"]
-    rows = np.unique(np.linspace(0, len(t) - 1, _ARROWS + 2).astype(int))[1:-1]
-    rows = rows[(t[rows] >= each["contact"]) & np.isfinite(wrench[rows]).all(axis=1)]
-    seen = np.isfinite(each["pose"]).all(axis=1)
-    if not len(rows) or not seen.any():
-        return 0.0
-    x, y, theta = (
-        np.interp(t[rows], each["pose_t"][seen], column)
-        for column in (each["pose"][seen, 0], each["pose"][seen, 1], np.unwrap(each["pose"][seen, 2]))
-    )
-    cos, sin = np.cos(theta), np.sin(theta)
-    (fx, fy), (gx, gy) = wrench[rows, :2].T, frame[rows, :2].T
-    grasp = np.column_stack([x + cos * gx - sin * gy, y + sin * gx + cos * gy])
-    force = np.column_stack([cos * fx - sin * fy, sin * fx + cos * fy])
-    longest = float(np.hypot(*wrench[:, :2].T).max())
-    if longest <= 0.0:
-        return 0.0
-    size = 0.3 * float(max(np.ptp(np.vstack([grasp, np.column_stack([x, y])]), axis=0).max(), 1e-3))
-    for start, arrow in zip(grasp, force * size / longest, strict=True):
-        axes.plot(*start, marker=".", markersize=3, color=palette.BEFORE, linestyle="none")
-        top_view.draw_arrow(axes, start, start + arrow, palette.BEFORE)
-    axes.update_datalim(np.vstack([grasp, grasp + force * size / longest]))
-    axes.autoscale_view()
-    return longest

@@ -98,6 +98,6 @@ def save(figure: Figure, path: Path) -> None:
         figure.savefig(part, format=kind, dpi=DPI, metadata={varying: None})
 
 
-def legend(of: Axes | Figure, fontsize: int = 8, **more: Any) -> None:
-    """Add a legend in the common style to axes or to a figure."""
+def legend(of: Axes | Figure | SubFigure, fontsize: float = 8, **more: Any) -> None:
+    """Add a legend in the common style to axes, a figure or a subfigure."""
     of.legend(fontsize=fontsize, frameon=False, **more)

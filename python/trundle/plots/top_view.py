@@ -52,7 +52,7 @@ def draw_arrow(
     axes: Axes, start: Array, end: Array, colour: str, both: bool = False, width: float = 1.2
 ) -> None:
     """Draw an arrow between two points (2,), m; with `both`, it has a head at each end."""
-    style = {"arrowstyle": "<->" if both else "->", "color": colour, "linewidth": width}
+    style: dict[str, Any] = {"arrowstyle": "<->" if both else "->", "color": colour, "linewidth": width}
     axes.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops={**style, "shrinkA": 0, "shrinkB": 0})
 
 
