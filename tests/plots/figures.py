@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 import trundle
@@ -42,6 +43,11 @@ def lines(axes: Axes) -> Iterator[tuple[str, NDArray[np.float64]]]:
         points = np.column_stack([np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)])
         if len(points) > 2:
             yield str(line.get_label()), points
+
+
+def widths(axes: Axes) -> list[float]:
+    """Return the widths of horizontal bars."""
+    return [bar.get_width() for bar in axes.patches if isinstance(bar, Rectangle)]
 
 
 def caption(figure: Figure) -> str:

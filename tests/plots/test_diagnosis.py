@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import trundle
-from tests.plots.figures import caption, diagnosis_of, labels, legend_texts, lines, title, titled
+from tests.plots.figures import caption, diagnosis_of, labels, legend_texts, lines, title, titled, widths
 from tests.report.samples import SAMPLES
 from trundle.plots.evidence import changed_values, probabilities
 from trundle.report import wording
@@ -42,7 +42,7 @@ def test_held_out_episodes_are_drawn_before_and_after() -> None:
 def test_bars_show_the_probabilities() -> None:
     answer, series = SAMPLES["table"]()
     axes = titled(trundle.plots.diagnosis(diagnosis_of((answer, series))), "probability of each explanation")
-    assert [bar.get_width() for bar in axes.patches] == pytest.approx([98.0, 2.0])
+    assert widths(axes) == pytest.approx([98.0, 2.0])
     assert [label.get_text() for label in axes.get_yticklabels()] == ["dry friction", "a second wheel"]
     assert axes.get_xlabel() == "probability (%)"
 
@@ -59,7 +59,7 @@ def test_without_an_effect_the_bars_are_those_of_the_candidates() -> None:
 def test_an_unexplained_misfit_has_no_probabilities() -> None:
     figure = diagnosis_of(SAMPLES["unexplained"]()).plot()
     axes = titled(figure, "misfit by axis")
-    assert [bar.get_width() for bar in axes.patches] == pytest.approx([10.0, 20.0, 70.0])
+    assert widths(axes) == pytest.approx([10.0, 20.0, 70.0])
     assert "where the residual acts" in legend_texts(figure)
     assert not any("probability" in text for text in labels(figure))
 
@@ -74,7 +74,8 @@ def test_changed_values_are_relative_to_the_given_ones() -> None:
             },
         }
     }
-    assert changed_values(answer) == [("mass", 0.25, pytest.approx(0.049))]
+    ((name, change, half),) = changed_values(answer)
+    assert (name, change, half) == ("mass", 0.25, pytest.approx(0.049))
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
@@ -82,7 +83,8 @@ def test_every_sample_has_a_figure_with_its_headline(name: str) -> None:
     answer, series = SAMPLES[name]()
     figure = trundle.plots.diagnosis(diagnosis_of((answer, series)))
     title = " ".join(str(figure.get_suptitle()).split())
-    assert title == wording.typeset(f"{answer['recording']}: {headline(answer)}")
+    expected = f"{answer['recording']}: {wording.typeset(headline(answer))}"
+    assert title == " ".join(expected.split())
     assert len(figure.axes) >= 2
     assert all(axes.get_xlabel() or axes.get_ylabel() for axes in figure.axes)
 

@@ -51,18 +51,17 @@ def draw_object(axes: Axes, answer: Mapping[str, Any], series: Series) -> None:
     spots = [point.mean for _, point in named] + ([] if hint is None else [hint])
     _draw_points(axes, named)
     if hint is not None:
-        style: dict[str, Any] = {
-            "marker": "D",
-            "markersize": 9,
-            "markerfacecolor": "none",
-            "markeredgewidth": 1.8,
-        }
-        label = "where the residual acts"
-        axes.plot(*hint, color=palette.MARK, linestyle="none", label=label, **style)
+        _draw_hint(axes, hint)
     inside = [spot[None] for spot in spots if _is_near(spot, corners)]
     top_view.finish(axes, "object", [corners, *series.feet, *inside, *(w.position[None] for w in wheels)])
     axes.set_title("object from above", loc="left", fontsize=9)
     _legend_below(axes, 2)
+
+
+def _draw_hint(axes: Axes, at: Array) -> None:
+    """Mark a location that belongs to no named effect."""
+    style: dict[str, Any] = {"markersize": 9, "markerfacecolor": "none", "markeredgewidth": 1.8}
+    axes.plot(*at, "D", color=palette.MARK, label="where the residual acts", **style)
 
 
 def _is_near(spot: Array, corners: Array) -> bool:

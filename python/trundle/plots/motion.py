@@ -110,7 +110,7 @@ class MotionPanels:
     def _draw_position(self, axes: Axes, episode: Episode) -> None:
         factor = self._metres.factor
         recorded: dict[str, Any] = {"color": palette.RECORDED, "linewidth": 4.0, "label": "recorded"}
-        axes.plot(episode.t, factor * episode.observed[:, 0], **recorded)  # type: ignore[arg-type]
+        axes.plot(episode.t, factor * episode.observed[:, 0], **recorded)
         for side, curve in simulated(episode):
             axes.plot(episode.t, factor * curve[:, 0], label=self.names[side], **SIDES[side])
 
