@@ -76,7 +76,7 @@ def heading(on: Figure | SubFigure, title: str, *sentences: str) -> None:
     """
     width = on.bbox.width / on.figure.dpi
     on.suptitle(
-        _wrap(title, int(5.2 * width)), x=0.01, ha="left", fontsize=11, weight="bold", color=palette.INK
+        _wrap(title, int(5.8 * width)), x=0.01, ha="left", fontsize=11, weight="bold", color=palette.INK
     )
     caption = _wrap(" ".join(text for text in sentences if text), int(14.0 * width))
     on.supxlabel(caption, x=0.01, ha="left", fontsize=8.5, color=palette.MUTED, linespacing=1.4)
