@@ -4,7 +4,7 @@ The command line is `trundle`; `trundle.cli` describes it.
 """
 
 from trundle import _startup as _startup  # isort: skip  (before slow imports, to handle Ctrl-C)
-from trundle import baselines, envs, objects
+from trundle import baselines, envs, objects, plots
 from trundle._native import Planner, __version__
 from trundle.agent import AdaptiveAgent
 from trundle.design import Design, design
@@ -41,6 +41,7 @@ __all__ = [
     "fit",
     "inspect",
     "objects",
+    "plots",
     "predict",
     "prepare",
     "profile",

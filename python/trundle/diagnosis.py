@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
@@ -15,6 +15,9 @@ from trundle.atomic import atomic_file, atomic_folder
 from trundle.black_box import Parameters, Step, parse_parameters
 from trundle.input_checks import require_usable
 from trundle.report import inputs, render
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 
@@ -63,6 +66,12 @@ class Fit:
         lack = self.summary["lack_of_fit"]
         return None if lack is None else float(lack["residual_force_rms"])
 
+    def plot(self, recording: Recording | PathLike) -> Figure:
+        """Draw the model in open loop compared with a recording, see `trundle.plots.fit`."""
+        from trundle import plots
+
+        return plots.fit(self, recording)
+
 
 @dataclass(frozen=True)
 class Diagnosis:
@@ -96,6 +105,12 @@ class Diagnosis:
     def missing(self) -> list[str]:
         """Names of the missing effects, largest contribution first."""
         return [str(effect["effect"]) for effect in self.answer["missing"]]
+
+    def plot(self) -> Figure:
+        """Draw maps, probabilities and held-out episodes, see `trundle.plots.diagnosis`."""
+        from trundle import plots
+
+        return plots.diagnosis(self)
 
     def write(self, folder: PathLike) -> Path:
         """Write ``diagnosis.json``, ``report.html``, ``model.toml`` and ``predictions.parquet``.

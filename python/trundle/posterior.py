@@ -20,6 +20,7 @@ from trundle.diagnosis import native_model, native_recording
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 __all__ = ["Posterior", "sample"]
 
@@ -64,6 +65,12 @@ class Posterior:
     def converged(self) -> bool:
         """Whether the chains agree, have enough effective draws and did not diverge."""
         return bool(self.summary["converged"])
+
+    def plot(self) -> Figure:
+        """Draw the marginals and the pairs of parameters, see `trundle.plots.posterior`."""
+        from trundle import plots
+
+        return plots.posterior(self)
 
     @cached_property
     def predictive(self) -> dict[str, xr.DataArray]:

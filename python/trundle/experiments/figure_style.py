@@ -1,16 +1,15 @@
-"""Common style of figures: colours by learner, light axes, one font size."""
+"""Style of the figures of experiments: that of `trundle.plots`, with colours and marks by learner."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from trundle.atomic import atomic_file
+from trundle import palette
+from trundle.plots.style import legend, plain, save, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 __all__ = [
     "COLOURS",
@@ -27,9 +26,9 @@ __all__ = [
 ]
 
 COLOURS = {
-    "pbr": "#0059a8",
-    "lr": "#c04a00",
-    "lwr": "#b0186f",
+    "pbr": palette.AFTER,
+    "lr": palette.BEFORE,
+    "lwr": palette.MARK,
     "lr_body": "#e0a070",
     "lwr_body": "#d58ab4",
 }
@@ -45,42 +44,7 @@ NAMES = {
 OBSERVED = "#2e8b57"
 """Observed motion: green, as in the paper's Fig. 5."""
 PREDICTED = COLOURS["pbr"]
-GREY = "#5a6470"
-DPI = 130
-
-
-def sheet(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
-    """Return a figure of `size` inches and its axes, row by row."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False)
-    axes: Sequence[Axes] = list(grid.flat)
-    for one in axes:
-        plain(one)
-    return figure, list(axes)
-
-
-def plain(axes: Axes) -> None:
-    """Apply the common style to axes."""
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(GREY)
-    axes.tick_params(colors=GREY, labelsize=8)
-    axes.grid(color="#e3e6ea", linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.title.set_fontsize(9)
-    axes.xaxis.label.set_fontsize(9)
-    axes.yaxis.label.set_fontsize(9)
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Save a figure as PNG or SVG; the same figure gives the same bytes."""
-    from matplotlib import rc_context
-
-    kind = path.suffix[1:]
-    with atomic_file(path) as part, rc_context({"svg.hashsalt": "trundle"}):
-        varying = {"svg": "Date"}.get(kind, "Software")
-        figure.savefig(part, format=kind, dpi=DPI, metadata={varying: None})
+GREY = palette.MUTED
 
 
 def share_limits(axes: Sequence[Axes]) -> None:
@@ -89,8 +53,3 @@ def share_limits(axes: Sequence[Axes]) -> None:
     y = [limit for one in axes for limit in one.get_ylim()]
     for one in axes:
         one.set(xlim=(min(x), max(x)), ylim=(min(y), max(y)), aspect="equal")
-
-
-def legend(of: Axes | Figure, fontsize: int = 8, **more: Any) -> None:
-    """Add a legend in the common style to axes or to a figure."""
-    of.legend(fontsize=fontsize, frameon=False, **more)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Array", "Episode", "Residual", "Series", "Wrench", "finite", "held_out_first"]
+__all__ = ["Array", "Episode", "Residual", "Series", "Wrench", "finite", "held_out_first", "pose_error"]
 
 Array = npt.NDArray[np.float64]
 
@@ -114,6 +114,13 @@ def finite(value: object) -> float | None:
 def held_out_first(episodes: Sequence[Episode]) -> list[Episode]:
     """Return held-out episodes, then training episodes, each in the given order."""
     return sorted(episodes, key=lambda episode: not episode.held_out)
+
+
+def pose_error(episode: Episode, curve: Array, on_rail: bool) -> tuple[Array, Array]:
+    """Return distance (signed on a rail), m, and angle in [0, pi], rad, from the recorded pose, (n,) each."""
+    gap = curve - episode.observed
+    angle = np.abs(np.arctan2(np.sin(gap[:, 2]), np.cos(gap[:, 2])))
+    return gap[:, 0] if on_rail else np.hypot(gap[:, 0], gap[:, 1]), angle
 
 
 def _episode(given: Mapping[str, Any], single: bool) -> Episode:

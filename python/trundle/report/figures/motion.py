@@ -13,7 +13,7 @@ from trundle.report.figures.lanes import Curve, Lane, Marks
 from trundle.report.figures.top_view import TopView
 from trundle.report.location import Event, Place
 from trundle.report.quantity import Scale, display_scale, format_quantity
-from trundle.report.series import Array, Episode, Series
+from trundle.report.series import Array, Episode, Series, pose_error
 from trundle.report.svg import Child, Markup, join, tag
 
 __all__ = ["draw", "events_in", "interpolate_poses", "pose_at_event"]
@@ -149,7 +149,7 @@ def _position(episode: Episode) -> Lane:
 
 
 def _errors(episode: Episode, on_rail: bool) -> list[Lane]:
-    pairs = [(side, *_pose_error(episode, curve, on_rail)) for side, curve in _simulated(episode)]
+    pairs = [(side, *pose_error(episode, curve, on_rail)) for side, curve in _simulated(episode)]
     distance = display_scale("m", *(_peak(gap) for _, gap, _ in pairs))
     rows = [
         _error_lane(
@@ -168,13 +168,6 @@ def _error_lane(title: str, t: Array, scale: Scale, misfits: Sequence[tuple[str,
     return Lane(title, curves, (low if low < -0.1 * high else 0.0, high))
 
 
-def _pose_error(episode: Episode, curve: Array, on_rail: bool) -> tuple[Array, Array]:
-    """Return distance (signed on a rail), m, and angle in [0, pi], rad, from the recorded pose, (n,) each."""
-    gap = curve - episode.observed
-    angle = np.abs(np.arctan2(np.sin(gap[:, 2]), np.cos(gap[:, 2])))
-    return gap[:, 0] if on_rail else np.hypot(gap[:, 0], gap[:, 1]), angle
-
-
 def _peak(values: Array) -> float:
     seen = values[np.isfinite(values)]
     return float(np.abs(seen).max()) if len(seen) else 0.0
@@ -184,7 +177,7 @@ def _final_error(episode: Episode) -> str:
     """Return a sentence on the final position error."""
     found = []
     for side, curve in _simulated(episode):
-        gap = _pose_error(episode, curve, on_rail=False)[0]
+        gap = pose_error(episode, curve, on_rail=False)[0]
         seen = gap[np.isfinite(gap)]
         if len(seen):
             found.append((side, float(seen[-1])))
