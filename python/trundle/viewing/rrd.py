@@ -17,7 +17,20 @@ import numpy as np
 from trundle._native import __version__
 from trundle._optional import require
 from trundle.viewing.layout import blueprint
-from trundle.viewing.scene import Arrow, Curve, Episode, Floats, Motion, Scene, Shape, Wheel, Window
+from trundle.viewing.scene import (
+    RAIL_SIZE_M,
+    Arrow,
+    Curve,
+    Episode,
+    Floats,
+    Motion,
+    Scene,
+    Shape,
+    Wheel,
+    Window,
+    metres_per_newton,
+    scene_size,
+)
 from trundle.viewing.style import COLOURS, Colour, shade
 
 __all__ = ["write_rrd"]
@@ -27,10 +40,6 @@ TIME, EPISODE = "time", "episode"
 GAP_S = 1.0
 """Shortest gap between two episodes on the timeline `time`, s."""
 SUMMARY = "/summary"
-FORCE_LENGTH = 0.6
-"""Length of the arrow of the largest measured force, in sizes of the object."""
-RAIL_SIZE_M = 0.1
-"""Size of the mark of an object without an outline, m."""
 WHEEL_LENGTH, WHEEL_WIDTH = 0.12, 0.045
 """Size of a wheel, in sizes of the object."""
 LINE_PIXELS, ARROW_PIXELS, POINT_PIXELS = -1.5, -3.0, -5.0
@@ -71,9 +80,8 @@ class Writer:
 
     def __init__(self, rr: Any, stream: Any, scene: Scene) -> None:
         self._rr, self._stream, self._scene = rr, stream, scene
-        sizes = [episode.shape.size for episode in scene.episodes]
-        self._size = max(sizes, default=0.0) or RAIL_SIZE_M
-        self._metres_per_newton = FORCE_LENGTH * self._size / (largest_force(scene.episodes) or 1.0)
+        self._size = scene_size(scene.episodes)
+        self._metres_per_newton = metres_per_newton(scene.episodes)
         self._index, self._offset = 0, 0.0
 
     def write(self) -> None:
@@ -237,14 +245,6 @@ class Writer:
 def lift(points: Floats, height: float = 0.0) -> Floats:
     """Return points (n, 2) at a height: (n, 3)."""
     return np.column_stack([points, np.full(len(points), height)])
-
-
-def largest_force(episodes: Sequence[Episode]) -> float:
-    """Return the 99.5th percentile of the measured forces, N, which a single spike does not change."""
-    forces = [
-        np.hypot(*each.arrows["measured"].wrench[:, :2].T) for each in episodes if "measured" in each.arrows
-    ]
-    return float(np.percentile(np.concatenate(forces), 99.5)) if forces else 0.0
 
 
 def window_states(key: str, windows: Sequence[Window]) -> Iterator[tuple[float, str]]:

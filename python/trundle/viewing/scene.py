@@ -13,9 +13,30 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Arrow", "Curve", "Episode", "Floats", "Motion", "Panel", "Scene", "Shape", "Wheel", "Window"]
+__all__ = [
+    "RAIL_SIZE_M",
+    "Arrow",
+    "Curve",
+    "Episode",
+    "Floats",
+    "Motion",
+    "Panel",
+    "Scene",
+    "Shape",
+    "Wheel",
+    "Window",
+    "metres_per_newton",
+    "scene_size",
+]
 
 Floats: TypeAlias = NDArray[np.float64]
+
+FORCE_LENGTH = 0.6
+"""Length of the arrow of the largest measured force, in sizes of the object."""
+RAIL_SIZE_M = 0.1
+"""Size of the mark of an object without an outline, m."""
+FORCE_PERCENTILE = 99.5
+"""Percentile of the measured forces that counts as the largest, so that one spike does not change it."""
 
 
 @dataclass(frozen=True)
@@ -154,3 +175,17 @@ class Scene:
     name: str
     summary: str
     episodes: Sequence[Episode]
+
+
+def scene_size(episodes: Sequence[Episode]) -> float:
+    """Return the size of the largest object, m."""
+    return max((episode.shape.size for episode in episodes), default=0.0) or RAIL_SIZE_M
+
+
+def metres_per_newton(episodes: Sequence[Episode]) -> float:
+    """Return the length of an arrow per force, m/N, the same for all episodes."""
+    forces = [
+        np.hypot(*each.arrows["measured"].wrench[:, :2].T) for each in episodes if "measured" in each.arrows
+    ]
+    largest = float(np.percentile(np.concatenate(forces), FORCE_PERCENTILE)) if forces else 0.0
+    return FORCE_LENGTH * scene_size(episodes) / (largest or 1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,11 @@ from trundle.report.series import Series
 from trundle.viewing.diagnosed import SIDES, Diagnosed, diagnosed_scene
 from trundle.viewing.recorded import recorded_scene
 from trundle.viewing.scene import Floats, Motion, Scene
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 __all__ = ["load_scene"]
 
@@ -97,11 +103,11 @@ def folders_in(place: Path) -> Iterator[Path]:
         yield from sorted(file.parent for file in place.glob(f"*/{RECORDING_FILE}"))
 
 
-def read_name(folder: Path) -> str | None:
-    """Return the name of a recording; None if it cannot be read."""
+def read_name(folder: Path) -> object:
+    """Return the name of a recording; None if its description is damaged."""
     try:
-        return read(folder).name
-    except (TrundleError, OSError):
+        return tomllib.loads((folder / RECORDING_FILE).read_text(encoding="utf-8")).get("name")
+    except (ValueError, OSError):
         return None
 
 
