@@ -16,16 +16,15 @@ import numpy as np
 
 from trundle._native import __version__
 from trundle._optional import require
+from trundle.viewing.geometry import lift, object_outlines, wheel_outline
 from trundle.viewing.layout import blueprint
 from trundle.viewing.scene import (
-    RAIL_SIZE_M,
     Arrow,
     Curve,
     Episode,
     Floats,
     Motion,
     Scene,
-    Shape,
     Wheel,
     Window,
     metres_per_newton,
@@ -40,8 +39,6 @@ TIME, EPISODE = "time", "episode"
 GAP_S = 1.0
 """Shortest gap between two episodes on the timeline `time`, s."""
 SUMMARY = "/summary"
-WHEEL_LENGTH, WHEEL_WIDTH = 0.12, 0.045
-"""Size of a wheel, in sizes of the object."""
 LINE_PIXELS, ARROW_PIXELS, POINT_PIXELS = -1.5, -3.0, -5.0
 """Radii; negative numbers are pixels on the screen for the viewer."""
 
@@ -135,7 +132,7 @@ class Writer:
 
     def _object(self, episode: Episode) -> None:
         rr, shape = self._rr, episode.shape
-        outline = list(self._outline(shape))
+        outline = object_outlines(shape)
         self._body("/scene/object", outline, shape.wheels, COLOURS["recorded"], 0.0)
         if len(shape.feet):
             feet = rr.Points3D(lift(shape.feet), radii=POINT_PIXELS, colors=[COLOURS["recorded"]])
@@ -154,14 +151,14 @@ class Writer:
             self._motion(f"/scene/{name}", name, motion)
         for time, wheel in episode.estimates:
             self._at(time)
-            self._lines("/scene/object/estimate", [self._wheel(wheel)], COLOURS["after"], 0.02)
+            self._lines("/scene/object/estimate", [wheel_outline(wheel, self._size)], COLOURS["after"], 0.02)
 
     def _surroundings(self, episode: Episode) -> None:
         self._at(episode.span[0])
         if episode.obstacles:
             self._lines("/scene/obstacles", episode.obstacles, COLOURS["obstacle"], 0.0)
         if episode.goal is not None:
-            self._lines("/scene/goal/outline", list(self._outline(episode.shape)), COLOURS["goal"], -0.02)
+            self._lines("/scene/goal/outline", object_outlines(episode.shape), COLOURS["goal"], -0.02)
             self._stream.log("/scene/goal", self._transform(episode.goal))
         if episode.gripper is not None:
             arm = 0.08 * self._size
@@ -169,26 +166,14 @@ class Writer:
             self._lines("/scene/gripper/cross", cross, COLOURS["gripper"], 0.02)
             self._poses("/scene/gripper", episode.gripper)
 
-    def _outline(self, shape: Shape) -> Iterator[Floats]:
-        """Yield the outlines of an object; a square stands for an object on a rail."""
-        half = RAIL_SIZE_M / 2.0
-        corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]])
-        yield from shape.outline or [corners]
-
     def _body(
         self, path: str, outline: Sequence[Floats], wheels: Sequence[Wheel], colour: Colour, height: float
     ) -> None:
         self._lines(f"{path}/outline", outline, colour, height)
         if wheels:
-            self._lines(f"{path}/wheels", [self._wheel(wheel) for wheel in wheels], colour, height)
-
-    def _wheel(self, wheel: Wheel) -> Floats:
-        """Return the closed outline (5, 2) of a wheel, m, object frame; the long side is its x axis."""
-        half = 0.5 * self._size * np.array([WHEEL_LENGTH, WHEEL_WIDTH])
-        corners = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
-        cos, sin = math.cos(wheel.angle), math.sin(wheel.angle)
-        placed: Floats = corners @ np.array([[cos, sin], [-sin, cos]]) + wheel.position
-        return placed
+            self._lines(
+                f"{path}/wheels", [wheel_outline(wheel, self._size) for wheel in wheels], colour, height
+            )
 
     def _motion(self, path: str, source: str, motion: Motion) -> None:
         """Write poses over time, and the path of the origin as one line."""
@@ -240,11 +225,6 @@ class Writer:
     def _at(self, t: float) -> None:
         self._stream.set_time(TIME, duration=t + self._offset)
         self._stream.set_time(EPISODE, sequence=self._index)
-
-
-def lift(points: Floats, height: float = 0.0) -> Floats:
-    """Return points (n, 2) at a height: (n, 3)."""
-    return np.column_stack([points, np.full(len(points), height)])
 
 
 def window_states(key: str, windows: Sequence[Window]) -> Iterator[tuple[float, str]]:

@@ -48,8 +48,9 @@ def added_laws(model: Model, answer: Mapping[str, Any]) -> dict[str, Laws]:
             found[name if name not in found else f"{name}_{len(found) + 1}"] = one_law(
                 tables, effect=[effect]
             )
-    if tables.get("unnamed", {}).get("axes", "reading") != "reading":
-        found["discrepancy"] = one_law(tables, unnamed=tables["unnamed"])
+    unnamed = tables.get("unnamed")
+    if unnamed is not None and unnamed.get("axes") != "reading":
+        found["discrepancy"] = one_law(tables, unnamed=unnamed)
     return found
 
 
