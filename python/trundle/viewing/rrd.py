@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,6 @@ from trundle.viewing.geometry import lift, object_outlines, wheel_outline
 from trundle.viewing.layout import blueprint
 from trundle.viewing.scene import (
     Arrow,
-    Curve,
     Episode,
     Floats,
     Motion,
@@ -30,7 +29,7 @@ from trundle.viewing.scene import (
     metres_per_newton,
     scene_size,
 )
-from trundle.viewing.style import COLOURS, Colour, shade
+from trundle.viewing.style import COLOURS, Colour, curve_path, curve_styles
 
 __all__ = ["write_rrd"]
 
@@ -58,6 +57,7 @@ def write_rrd(scene: Scene, path: Path) -> None:
     stream.set_log_tick_enabled(False)
     stream.save(path, default_blueprint=blueprint(scene))
     try:
+        stream.send_recording_name(scene.name)
         Writer(rr, stream, scene).write()
         stream.flush()
     finally:
@@ -232,20 +232,3 @@ def window_states(key: str, windows: Sequence[Window]) -> Iterator[tuple[float, 
     for window in sorted(windows, key=lambda each: each.start):
         yield window.start, key
         yield window.end, ""
-
-
-def curve_path(panel: str, curve: Curve) -> str:
-    """Return the path of the entity of a curve."""
-    return f"/plots/{panel}/{curve.name.replace(' ', '_')}"
-
-
-def curve_styles(episode: Episode) -> Mapping[str, tuple[str, Colour]]:
-    """Return name and colour of each curve of an episode by entity path."""
-    styles = {}
-    for panel in episode.panels:
-        count: dict[str, int] = {}
-        for curve in panel.curves:
-            step = count.get(curve.source, 0)
-            count[curve.source] = step + 1
-            styles[curve_path(panel.key, curve)] = (curve.name, shade(COLOURS[curve.source], step))
-    return styles

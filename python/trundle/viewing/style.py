@@ -1,8 +1,10 @@
-"""Colours of the viewer, those of the report in the dark, and the order of names."""
+"""Colours of the viewer, those of the report in the dark, and the paths and colours of curves."""
 
 from __future__ import annotations
 
-__all__ = ["COLOURS", "Colour", "shade"]
+from trundle.viewing.scene import Curve, Episode
+
+__all__ = ["COLOURS", "Colour", "curve_path", "curve_styles"]
 
 Colour = tuple[int, int, int]
 
@@ -23,3 +25,20 @@ def shade(colour: Colour, step: int) -> Colour:
     factor = 0.7**step
     red, green, blue = colour
     return round(red * factor), round(green * factor), round(blue * factor)
+
+
+def curve_path(panel: str, curve: Curve) -> str:
+    """Return the path of the entity of a curve."""
+    return f"/plots/{panel}/{curve.name.replace(' ', '_')}"
+
+
+def curve_styles(episode: Episode) -> dict[str, tuple[str, Colour]]:
+    """Return name and colour of each curve of an episode by entity path."""
+    styles: dict[str, tuple[str, Colour]] = {}
+    for panel in episode.panels:
+        count: dict[str, int] = {}
+        for curve in panel.curves:
+            step = count.get(curve.source, 0)
+            count[curve.source] = step + 1
+            styles[curve_path(panel.key, curve)] = (curve.name, shade(COLOURS[curve.source], step))
+    return styles
