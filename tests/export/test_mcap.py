@@ -210,15 +210,15 @@ def test_schemas_are_embedded(recording: trundle.Recording, tmp_path: Path) -> N
         assert definition in content
 
 
-def test_obstacles_are_drawn_and_unusable_wrenches_are_not(tmp_path: Path) -> None:
+def test_obstacles_are_drawn_and_unusable_wrenches_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: Any) -> None:
+        raise trundle.TrundleError("the wrench cannot be tared")
+
+    monkeypatch.setattr("trundle.export.markers.recorded_episodes", refuse)
     box = [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0]]
-    scene = {"scene": {"obstacle": [{"polygon": box}]}}
-    in_world = {"wrench": {"frame": "world", "reference": "sensor", "sign": "on_object"}}
-    metadata = METADATA | scene | in_world
-    unseen = PLANAR | dict.fromkeys(GRIPPER, np.full(N, np.nan))
-    recording = trundle.Recording(metadata, {"a": unseen})
-    with pytest.raises(trundle.TrundleError):
-        trundle.prepare(recording)
+    recording = trundle.Recording(METADATA | {"scene": {"obstacle": [{"polygon": box}]}}, {"a": PLANAR})
     file = write_mcap(recording, tmp_path / "run.mcap")
     heard = messages(file)
     assert "/scene/wrench" not in heard

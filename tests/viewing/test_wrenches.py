@@ -52,6 +52,14 @@ scales = [0.6, 0.6, 0.8, 0.8]
 centres = [[0.1, 0.0, 1.0, 0.0], [0.4, 0.2, 0.9, 0.4]]
 weights = [[6.0, -4.0, 1.0], [-5.0, 7.0, -0.5]]
 """
+READING_DISCREPANCY = """
+[unnamed]
+inputs = ["since_contact"]
+axes = "reading"
+scales = [1.0]
+centres = [[0.1], [0.5]]
+weights = [[6.0, -4.0, 1.0], [-5.0, 7.0, -0.5]]
+"""
 NOMINAL = {"nominal": {"given": {"viscous_wheel.x": -0.5}, "before": {"mass": {}}, "after": {}}}
 
 
@@ -71,7 +79,7 @@ def motion(n: int = 40) -> dict[str, Any]:
         (CASTER + CASTER.replace("0.3", "-0.3"), ["caster_swivel", "caster_swivel_2"]),
         (BIAS, []),
         (DISCREPANCY, ["discrepancy"]),
-        (DISCREPANCY.replace('"world"', '"reading"'), []),
+        (READING_DISCREPANCY, []),
     ],
 )
 def test_only_added_effects_on_the_object_have_a_wrench(added: str, names: list[str]) -> None:
