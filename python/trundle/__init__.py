@@ -17,6 +17,7 @@ from trundle.posterior import Posterior, sample
 from trundle.record_wrapper import Record
 from trundle.recording import Recording, TrundleError, read
 from trundle.simulation import simulate
+from trundle.viewing import view
 
 __all__ = [
     "AdaptiveAgent",
@@ -49,4 +50,5 @@ __all__ = [
     "sample",
     "simulate",
     "smooth",
+    "view",
 ]

@@ -110,18 +110,26 @@ def test_the_round_trip_on_the_command_line(
     assert again.metadata["split"]["held_out"] == ["episode_06"]
 
 
-def test_other_libraries_read_the_ros_messages(recording: trundle.Recording, tmp_path: Path) -> None:
+def messages(path: Path) -> dict[str, list[tuple[int, Any]]]:
+    """Return log time and content of the messages by topic."""
     store = get_typestore(Stores.LATEST)
     heard: dict[str, list[tuple[int, Any]]] = defaultdict(list)
-    with Reader(write_mcap(recording, tmp_path / "run.mcap")) as reader:
+    with Reader(path) as reader:
+        for connection, stamp, data in reader.messages():
+            heard[connection.topic].append((stamp, store.deserialize_cdr(data, connection.msgtype)))
+    return heard
+
+
+def test_other_libraries_read_the_ros_messages(recording: trundle.Recording, tmp_path: Path) -> None:
+    file = write_mcap(recording, tmp_path / "run.mcap")
+    heard = messages(file)
+    with Reader(file) as reader:
         types = {each.topic: each.msgtype for each in reader.connections}
         qos = {
             each.topic: each.ext.offered_qos_profiles
             for each in reader.connections
             if isinstance(each.ext, ConnectionExtRosbag2)
         }
-        for connection, stamp, data in reader.messages():
-            heard[connection.topic].append((stamp, store.deserialize_cdr(data, connection.msgtype)))
     assert types == {
         "/trundle/recording": "std_msgs/msg/String",
         "/episode/name": "std_msgs/msg/String",
@@ -131,6 +139,9 @@ def test_other_libraries_read_the_ros_messages(recording: trundle.Recording, tmp
         "/gripper/pose": "geometry_msgs/msg/PoseStamped",
         "/gripper/heading": "std_msgs/msg/Float64",
         "/wrench": "geometry_msgs/msg/WrenchStamped",
+        "/tf": "tf2_msgs/msg/TFMessage",
+        "/scene/object": "visualization_msgs/msg/MarkerArray",
+        "/scene/wrench": "visualization_msgs/msg/MarkerArray",
     }
     assert qos["/episode/name"][0].durability == QosDurability.TRANSIENT_LOCAL
     assert qos["/wrench"] == []
@@ -155,6 +166,66 @@ def test_other_libraries_read_the_ros_messages(recording: trundle.Recording, tmp
     rows = [stamp for stamp, _ in heard["/episode/time"]]
     assert rows[: len(t)] == [begin + round((time - t[0]) * 1e9) for time in t.tolist()]
     assert rows[len(t)] == later == rows[len(t) - 1] + 10**9
+
+
+def test_the_scene_is_drawn_from_frames_and_markers(recording: trundle.Recording, tmp_path: Path) -> None:
+    heard = messages(write_mcap(recording, tmp_path / "run.mcap"))
+    prepared = trundle.prepare(recording)
+    frames: dict[str, list[tuple[int, Any]]] = defaultdict(list)
+    for stamp, message in heard["/tf"]:
+        (each,) = message.transforms
+        assert each.header.frame_id == "world"
+        frames[each.child_frame_id].append((stamp, each.transform))
+    for frame in ("object", "gripper"):
+        poses = heard[f"/{frame}/pose"]
+        assert [stamp for stamp, _ in frames[frame]] == [stamp for stamp, _ in poses]
+        for (_, placed), (_, message) in zip(frames[frame], poses, strict=True):
+            assert placed.translation.x == message.pose.position.x
+            assert placed.translation.y == message.pose.position.y
+            assert placed.rotation == message.pose.orientation
+    assert [stamp for stamp, _ in heard["/scene/object"]] == [stamp for stamp, _ in heard["/episode/name"]]
+    outline, feet = heard["/scene/object"][0][1].markers
+    assert (outline.ns, outline.type, outline.header.frame_id) == ("outline", outline.LINE_STRIP, "object")
+    corners = [[point.x, point.y] for point in outline.points]
+    assert corners == [*(shape := recording.metadata["object"]["footprint"]), shape[0]]
+    assert (feet.ns, feet.type) == ("feet", feet.SPHERE_LIST)
+    assert [[point.x, point.y] for point in feet.points] == recording.metadata["object"]["support"]
+    arrows = [message.markers[0] for _, message in heard["/scene/wrench"]]
+    ends = np.array([[[point.x, point.y] for point in arrow.points] for arrow in arrows])
+    push = np.concatenate([each["on_object"][:, :2] for each in prepared.values()])
+    foot = np.concatenate([each["frame"][:, :2] for each in prepared.values()])
+    assert {(arrow.type, arrow.header.frame_id) for arrow in arrows} == {(0, "object")}
+    np.testing.assert_allclose(ends[:, 0], foot, atol=1e-12)
+    drawn = ends[:, 1] - ends[:, 0]
+    np.testing.assert_allclose(drawn * np.linalg.norm(push) / np.linalg.norm(drawn), push, atol=1e-9)
+    t = recording.episodes["episode_00"]["t"]
+    begin = heard["/episode/name"][0][0]
+    stamps = [begin + round((time - t[0]) * 1e9) for time in prepared["episode_00"]["wrench_t"].tolist()]
+    assert [stamp for stamp, _ in heard["/scene/wrench"]][: len(stamps)] == stamps
+
+
+def test_schemas_are_embedded(recording: trundle.Recording, tmp_path: Path) -> None:
+    content = write_mcap(recording, tmp_path / "run.mcap").read_bytes()
+    for definition in (b"MSG: geometry_msgs/TransformStamped", b"MSG: visualization_msgs/Marker"):
+        assert definition in content
+
+
+def test_obstacles_are_drawn_and_unusable_wrenches_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: Any) -> None:
+        raise trundle.TrundleError("the wrench cannot be tared")
+
+    monkeypatch.setattr("trundle.export.markers.recorded_episodes", refuse)
+    box = [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0]]
+    recording = trundle.Recording(METADATA | {"scene": {"obstacle": [{"polygon": box}]}}, {"a": PLANAR})
+    file = write_mcap(recording, tmp_path / "run.mcap")
+    heard = messages(file)
+    assert "/scene/wrench" not in heard
+    outline, obstacle = heard["/scene/object"][0][1].markers
+    assert (outline.header.frame_id, obstacle.header.frame_id) == ("object", "world")
+    assert [[point.x, point.y] for point in obstacle.points] == [*box, box[0]]
+    assert back(file) == recording
 
 
 def test_a_map_overrides_the_embedded_metadata(recording: trundle.Recording, tmp_path: Path) -> None:

@@ -10,6 +10,9 @@
 | `/episode/name` | `std_msgs/msg/String` | where an episode begins; latched |
 | `/episode/note` | `std_msgs/msg/String` | a row's `note_` columns as JSON |
 | `/trundle/recording` | `std_msgs/msg/String` | TOML: `recording.toml`, each episode's columns; latched |
+| `/tf` | `tf2_msgs/msg/TFMessage` | frames `object` and `gripper` in `world`, with every pose |
+| `/scene/object` | `visualization_msgs/msg/MarkerArray` | outline, feet and obstacles; latched |
+| `/scene/wrench` | `visualization_msgs/msg/MarkerArray` | tared force on the object, an arrow at the sensor |
 
 `frame_id` of a pose is `world`; of the wrench `gripper`, `object` or `world`, according to `[wrench] frame`.
 Header stamp and log time are equal. A cell without a sample has no message. An axis that was not measured,
@@ -21,7 +24,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -34,6 +37,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 from trundle._native import Recording, TrundleError, read
 from trundle.atomic import report_target_path
+from trundle.export.markers import MARKERS, TRANSFORMS, Marker, arrow_markers, scene_markers
 from trundle.export.messages import NS_PER_S, Bag
 from trundle.importers.config import MapError
 from trundle.importers.layout import ShowProgress, SourceError
@@ -62,6 +66,8 @@ FIRST_STAMP_NS = NS_PER_S
 EPISODE_GAP_NS = NS_PER_S
 MAX_STAMP_S = 2**31
 """Largest ROS stamp, s (a signed 32-bit integer)."""
+POSES = {"/object/pose": "object", "/gripper/pose": "gripper"}
+"""Frames that the topics of poses place in the world."""
 FRAMES = {"sensor": "gripper", "object": "object", "world": "world"}
 
 
@@ -93,6 +99,7 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
     path = Path(path)
     _check_target(path)
     placed = _assign_stamps(whole)
+    scene, arrows = scene_markers(whole.metadata), arrow_markers(whole)
     path.parent.mkdir(parents=True, exist_ok=True)
     with (
         tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as partial,
@@ -108,7 +115,10 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
             for episode, stamps in placed:
                 say(f"{path.name}: {episode.name}")
                 bag.write(NAME, STRING, episode.begin, episode.name, latched=True)
-                _write(bag, whole.episodes[episode.name], stamps.tolist(), frame)
+                if scene:
+                    bag.write("/scene/object", MARKERS, episode.begin, scene, latched=True)
+                table = whole.episodes[episode.name]
+                _write(bag, table, stamps.tolist(), frame, arrows.get(episode.name, {}))
         os.replace(folder / path.name, path)
     return path
 
@@ -131,8 +141,8 @@ def _assign_stamps(recording: Recording) -> list[tuple[Episode, Stamps]]:
     return placed
 
 
-def _write(bag: Bag, table: Table, stamps: Sequence[int], frame: str) -> None:
-    """Write the messages of one episode in order of time."""
+def _write(bag: Bag, table: Table, stamps: Sequence[int], frame: str, arrows: Mapping[float, Marker]) -> None:
+    """Write the messages of one episode in order of time; `arrows` are by the time of their row, s."""
     samples = {topic: _samples(table, each.columns) for topic, each in TOPICS.items()}
     notes = {name: cells for name, cells in table.items() if name.startswith("note_")}
     for row, stamp in enumerate(stamps):
@@ -140,6 +150,10 @@ def _write(bag: Bag, table: Table, stamps: Sequence[int], frame: str) -> None:
             if there[row]:
                 axes = frame if topic == "/wrench" else "world"
                 bag.write(topic, TOPICS[topic].kind, stamp, values[row], axes)
+                if topic in POSES:
+                    bag.write("/tf", TRANSFORMS, stamp, (POSES[topic], values[row]), "world")
+        if (arrow := arrows.get(table["t"][row])) is not None:
+            bag.write("/scene/wrench", MARKERS, stamp, [arrow])
         row_notes = {name: cells[row] for name, cells in notes.items() if cells[row]}
         if row_notes:
             bag.write(NOTE, STRING, stamp, json.dumps(row_notes, ensure_ascii=False))

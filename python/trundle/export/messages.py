@@ -8,6 +8,7 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
+from trundle.export.markers import MARKERS, TRANSFORMS, marker_array, transforms
 from trundle.importers.trundle_mcap import NUMBER, STRING
 
 __all__ = ["NS_PER_S", "Bag"]
@@ -52,8 +53,9 @@ class Bag:
             Name and message type of the topic.
         stamp : int
             Stamp of the header and log time, ns.
-        content : str or list of float
-            A string, one number, six numbers of a wrench, or seven of a pose: x, y, z, qw, qx, qy, qz.
+        content : str, list of float, (str, list of float) or list of Marker
+            A string, one number, six numbers of a wrench, or seven of a pose: x, y, z, qw, qx, qy, qz. Of a
+            transform the child frame and its pose; of a marker array a list of `Marker`.
         frame : str
             `frame_id` of the header.
         latched : bool
@@ -72,9 +74,12 @@ class Bag:
             return make[kind](content)
         if kind == NUMBER:
             return make[kind](*content)
-        header = make["std_msgs/msg/Header"](
-            make["builtin_interfaces/msg/Time"](*divmod(stamp, NS_PER_S)), frame
-        )
+        time = make["builtin_interfaces/msg/Time"](*divmod(stamp, NS_PER_S))
+        if kind == MARKERS:
+            return marker_array(make, time, content)
+        header = make["std_msgs/msg/Header"](time, frame)
+        if kind == TRANSFORMS:
+            return transforms(make, header, *content)
         if kind == "geometry_msgs/msg/WrenchStamped":
             vector = make["geometry_msgs/msg/Vector3"]
             wrench = make["geometry_msgs/msg/Wrench"](vector(*content[:3]), vector(*content[3:]))
