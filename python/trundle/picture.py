@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle._optional import require
 from trundle.atomic import atomic_file
 from trundle.inspection import prepare
 from trundle.recording import Recording, TrundleError
@@ -64,11 +65,10 @@ def figure(recording: Recording) -> Figure:
     matplotlib.figure.Figure
         The top view, then one row per episode: wrench and pose over time.
     """
-    from matplotlib.figure import Figure
-
+    matplotlib = require("matplotlib.figure", "plots", "plots")
     episodes = prepare(recording)
     shown = list(episodes)[:MAX_EPISODE_ROWS]
-    drawn = Figure(figsize=(11, 4.5 + 1.6 * len(shown)), layout="constrained")
+    drawn: Figure = matplotlib.Figure(figsize=(11, 4.5 + 1.6 * len(shown)), layout="constrained")
     grid = drawn.add_gridspec(1 + len(shown), 2, height_ratios=[3.0, *(1.0 for _ in shown)])
     draw_top_view(drawn.add_subplot(grid[0, :]), episodes, outlines(recording.metadata["object"]))
     drawn.suptitle(title(recording.name, len(shown), len(episodes)))

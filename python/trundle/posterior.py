@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
+from trundle._optional import require
 from trundle.atomic import atomic_file
 from trundle.diagnosis import model_text, native_recording
 
@@ -78,8 +79,7 @@ class Posterior:
     @cached_property
     def _predicted(self) -> dict[str, tuple[xr.DataArray, xr.DataArray]]:
         """Return predicted and observed poses by episode."""
-        import xarray as xr
-
+        xr = import_xarray()
         found = {}
         for name, (held_out, t, seen, poses) in self._native.predictive(50, self.seed).items():
             kept, count = next(iter(self.draws.values())).shape[1], poses.shape[1]
@@ -97,7 +97,7 @@ class Posterior:
 
         The poses of an episode are the variable ``pose_NAME`` with the dimension ``time_NAME``.
         """
-        import xarray as xr
+        xr = import_xarray()
 
         def table(columns: dict[str, NDArray[Any]]) -> xr.Dataset:
             dims = ("chain", "draw")
@@ -136,17 +136,14 @@ class Posterior:
         az = import_arviz()
         if hasattr(az, "InferenceData"):
             return az.InferenceData(**self.groups())
-        import xarray as xr
-
-        return xr.DataTree.from_dict(self.groups())
+        return import_xarray().DataTree.from_dict(self.groups())
 
     def write(self, path: PathLike) -> Path:
         """Write all groups as netCDF, atomically, for ``arviz.from_netcdf``; return the path."""
-        import xarray as xr
-
+        require("h5netcdf", "arviz", "netCDF files")
         target = Path(path)
         with atomic_file(target) as part:
-            xr.DataTree.from_dict(self.groups()).to_netcdf(part, engine="h5netcdf")
+            import_xarray().DataTree.from_dict(self.groups()).to_netcdf(part, engine="h5netcdf")
         return target
 
 
@@ -194,13 +191,15 @@ def sample(
     Raises
     ------
     TrundleError
-        If there is not enough data, no parameter is free, or a setting is invalid.
+        If there is not enough data, no parameter is free, a setting is invalid, or the extra
+        `trundle[arviz]` is not installed.
     """
     for name, value in {"chains": chains, "draws": draws, "warmup": warmup, "starts": starts}.items():
         if value < 0:
             raise TrundleError(f"{name} = {value}: must not be negative")
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")
+    import_arviz()  # before the sampler runs for minutes
     prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     native = _native._sample(
         native_recording(recording),
@@ -277,6 +276,9 @@ def import_arviz() -> Any:
     """Import ArviZ without its FutureWarning about the next version."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)
-        import arviz
+        return require("arviz", "arviz", "posterior samples")
 
-    return arviz
+
+def import_xarray() -> Any:
+    """Import xarray."""
+    return require("xarray", "arviz", "posterior samples")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trundle._optional import require
 from trundle.atomic import atomic_file
 
 if TYPE_CHECKING:
@@ -51,9 +52,8 @@ DPI = 130
 
 def sheet(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
     """Return a figure of `size` inches and its axes, row by row."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
+    matplotlib = require("matplotlib.figure", "experiments", "figures of experiments")
+    figure: Figure = matplotlib.Figure(figsize=size, layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False)
     axes: Sequence[Axes] = list(grid.flat)
     for one in axes:
@@ -75,10 +75,9 @@ def plain(axes: Axes) -> None:
 
 def save(figure: Figure, path: Path) -> None:
     """Save a figure as PNG or SVG; the same figure gives the same bytes."""
-    from matplotlib import rc_context
-
+    matplotlib = require("matplotlib", "experiments", "figures of experiments")
     kind = path.suffix[1:]
-    with atomic_file(path) as part, rc_context({"svg.hashsalt": "trundle"}):
+    with atomic_file(path) as part, matplotlib.rc_context({"svg.hashsalt": "trundle"}):
         varying = {"svg": "Date"}.get(kind, "Software")
         figure.savefig(part, format=kind, dpi=DPI, metadata={varying: None})
 
