@@ -26,7 +26,7 @@ say = @printf '\n\033[1m==> %s\033[0m\n' $(1)
 help: ## show this text
 	@echo "trundle: push unknown objects, estimate their physics, and diagnose what a simulation misses."
 	@echo
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
 	@echo
 	@echo "Needs $(PYTHON) >= 3.10 with venv, cargo (rustup.rs) and a C linker; PYTHON=... chooses another Python."
 

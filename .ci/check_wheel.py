@@ -2,8 +2,8 @@
 
     python .ci/check_wheel.py dist/trundle-*.whl
 
-Prints the installed size and the times. Exits with status 1 if a step fails, if an optional package is installed,
-or if the installation is larger than `MAX_INSTALL_MB`.
+Prints the installed size and the times. Exits with status 1 if a step fails, if a package is installed that
+is not a core dependency, or if the installation is larger than `MAX_INSTALL_MB`.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ def check(wheel: Path, place: Path) -> int:
     environment = place / "venv"
     venv.create(environment, with_pip=True)
     scripts = environment / ("Scripts" if os.name == "nt" else "bin")
-    python, trundle = scripts / "python", scripts / "trundle"
+    suffix = ".exe" if os.name == "nt" else ""
+    python, trundle = scripts / f"python{suffix}", scripts / f"trundle{suffix}"
     packages = Path(output(python, "-c", SITE_PACKAGES))
     before = size_mb(packages)
     run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel)

@@ -97,20 +97,20 @@ class Posterior:
 
         The poses of an episode are the variable ``pose_NAME`` with the dimension ``time_NAME``.
         """
-        xr = import_xarray()
+        xarray = import_xarray()
 
         def table(columns: dict[str, NDArray[Any]]) -> xr.Dataset:
             dims = ("chain", "draw")
             shape = next(iter(columns.values())).shape
             coords = {name: np.arange(n) for name, n in zip(dims, shape, strict=True)}
-            return xr.Dataset({name: (dims, values) for name, values in columns.items()}, coords)
+            return xarray.Dataset({name: (dims, values) for name, values in columns.items()}, coords)
 
         def poses(which: int) -> xr.Dataset:
             named = {
                 f"pose_{name}": pair[which].rename(time=f"time_{name}")
                 for name, pair in self._predicted.items()
             }
-            return xr.Dataset(named)
+            return xarray.Dataset(named)
 
         posterior = table(dict(self.draws))
         for parameter in self.summary["parameters"]:
