@@ -121,7 +121,7 @@ $(VENV)/.created:
 	@touch $@
 
 $(VENV)/.packages: requirements.lock | $(VENV)/.created
-	$(call say,"Python packages from requirements.lock (download of 380 MB)")
+	$(call say,"Python packages from requirements.lock (download of 350 MB)")
 	$(PIP) install --require-hashes -r requirements.lock
 	@touch $@
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import gymnasium
@@ -71,6 +73,29 @@ def test_import_loads_no_optional_package() -> None:
 def test_every_module_outside_the_experiments_loads_without_optional_packages() -> None:
     ran = run(f"{BLOCK}\nNEEDS_EXTRA = {NEEDS_EXTRA!r}\n{IMPORT_ALL}")
     assert ran.returncode == 0, ran.stderr
+
+
+def optional_imports(node: ast.AST) -> Iterator[str]:
+    """Yield the optional packages that the statements below a node import, except for type checkers."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
+            continue
+        names = [alias.name for alias in child.names] if isinstance(child, ast.Import) else []
+        if isinstance(child, ast.ImportFrom) and child.module:
+            names = [child.module]
+        yield from (name for name in names if name.partition(".")[0] in OPTIONAL)
+        yield from optional_imports(child)
+
+
+def test_optional_packages_are_imported_through_require() -> None:
+    package = Path(trundle.__file__).parent
+    found = {
+        str(path.relative_to(package)): names
+        for path in package.rglob("*.py")
+        if (names := list(optional_imports(ast.parse(path.read_text(encoding="utf-8")))))
+    }
+    allowed = {name.removeprefix("trundle.").replace(".", "/") + ".py" for name in NEEDS_EXTRA}
+    assert {file for file in found if not file.startswith("experiments/")} <= allowed
 
 
 def test_every_verb_shows_its_help_without_optional_packages() -> None:
