@@ -103,14 +103,17 @@ class Posterior:
             dims = ("chain", "draw")
             shape = next(iter(columns.values())).shape
             coords = {name: np.arange(n) for name, n in zip(dims, shape, strict=True)}
-            return xarray.Dataset({name: (dims, values) for name, values in columns.items()}, coords)
+            variables = {name: (dims, values) for name, values in columns.items()}
+            found: xr.Dataset = xarray.Dataset(variables, coords)
+            return found
 
         def poses(which: int) -> xr.Dataset:
             named = {
                 f"pose_{name}": pair[which].rename(time=f"time_{name}")
                 for name, pair in self._predicted.items()
             }
-            return xarray.Dataset(named)
+            found: xr.Dataset = xarray.Dataset(named)
+            return found
 
         posterior = table(dict(self.draws))
         for parameter in self.summary["parameters"]:

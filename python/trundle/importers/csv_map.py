@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import islice, zip_longest
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +73,8 @@ class CsvFile:
         for number, row in enumerate(rows, start=1):
             if any(cell.strip() for cell in row[width:]):
                 raise SourceError(path, f"row {number} has {len(row)} cells, but there are {width} columns")
-            for cells, cell in zip_longest(self._cells.values(), row[:width], fillvalue=""):
+            filled = [*row[:width], *[""] * (width - len(row))]
+            for cells, cell in zip(self._cells.values(), filled, strict=True):
                 cells.append(cell.strip())
 
     def _read_rows(self, source_map: CsvMap) -> list[list[str]]:
