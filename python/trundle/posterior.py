@@ -31,6 +31,8 @@ Method: TypeAlias = Literal["nuts", "laplace", "metropolis"]
 
 MAX_R_HAT = 1.01
 """Maximum R-hat of converged chains (Vehtari et al. 2021)."""
+TAILS = (0.05, 0.95)
+"""Quantiles of the effective sample size of the tails. ArviZ 1 has no default for arrays."""
 MIN_EFFECTIVE_DRAWS = 400
 """Minimum effective sample size for reliable R-hat and quantiles (Vehtari et al. 2021)."""
 
@@ -137,7 +139,7 @@ class Posterior:
     def to_inference_data(self) -> Any:
         """Return an ``arviz.InferenceData``, or an ``xarray.DataTree`` with ArviZ 1."""
         az = import_arviz()
-        if hasattr(az, "InferenceData"):
+        if az.__version__.startswith("0."):  # version 1 has a placeholder of the same name
             return az.InferenceData(**self.groups())
         return import_xarray().DataTree.from_dict(self.groups())
 
@@ -257,7 +259,8 @@ def parameter_diagnostics(parameter: dict[str, Any], draws: Array) -> dict[str, 
     az = import_arviz()
     found = dict(parameter)
     found["r_hat"] = float(az.rhat(draws, method="rank")) if len(draws) > 1 else None
-    found |= {f"ess_{kind}": float(az.ess(draws, method=kind)) for kind in ("bulk", "tail")}
+    found["ess_bulk"] = float(az.ess(draws, method="bulk"))
+    found["ess_tail"] = float(az.ess(draws, method="tail", prob=TAILS))
     if parameter["identifiable"]:
         low, high = (float(q) for q in np.quantile(draws, [0.05, 0.95]))
         found |= {"mean": float(draws.mean()), "sd": float(draws.std()), "low": low, "high": high}
