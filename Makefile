@@ -21,12 +21,12 @@ RUST := $(shell find env adaptive python/src -type f -not -path '*/tests/*' -not
 
 say = @printf '\n\033[1m==> %s\033[0m\n' $(1)
 
-.PHONY: help build demo test test-slow test-rl lint format lock bench clean
+.PHONY: help build demo test test-slow test-rl test-browser lint format lock bench wheel sdist docs notebooks rust-docs clean
 
 help: ## show this text
 	@echo "trundle: push unknown objects, estimate their physics, and diagnose what a simulation misses."
 	@echo
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
 	@echo
 	@echo "Needs $(PYTHON) >= 3.10 with venv, cargo (rustup.rs) and a C linker; PYTHON=... chooses another Python."
 
@@ -34,7 +34,7 @@ build: $(VENV)/.built ## build the package and the command .venv/bin/trundle
 
 demo: build ## simulate a recording of a table with hidden defects and diagnose it (about 6 minutes in a new clone)
 	$(call say,"1/2 simulating pushes of a table with a locked wheel and hidden dry friction")
-	$(TRUNDLE) simulate configs/experiments/demo.toml --out demo/recording
+	$(TRUNDLE) simulate --demo --out demo/recording
 	$(call say,"2/2 diagnosing the recording")
 	$(TRUNDLE) diagnose demo/recording --out demo/diagnosis
 	$(call say,"report: demo/diagnosis/report.html")
@@ -43,11 +43,15 @@ test: build ## build and run the Rust and Python tests (about 20 minutes in a ne
 	$(call say,"1/2 Rust tests (most of the time is compilation)")
 	cargo test --release --locked --workspace
 	$(call say,"2/2 Python tests")
-	$(BIN)/python -m pytest --ignore tests/rl -m "not slow" --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --ignore tests/rl -m "not slow and not browser" --numprocesses auto --dist loadfile
 
 test-slow: build ## run the slow tests, each of a minute or more
 	cargo test --release --locked --workspace -- --ignored
 	$(BIN)/python -m pytest --ignore tests/rl -m slow
+
+test-browser: build ## run the tests that render pages in Chromium (skipped where there is none)
+	$(call say,"Python tests of pages in a browser")
+	$(BIN)/python -m pytest --ignore tests/rl -m browser
 
 test-rl: build $(VENV)/.rl ## run the tests of the extra [rl]; installs PyTorch (5 GB on disk)
 	$(call say,"Python tests of the extra [rl]")
@@ -67,19 +71,43 @@ format: $(VENV)/.packages ## reformat Rust and Python
 	$(BIN)/ruff check --fix --quiet
 	$(BIN)/ruff format
 
-bench: build ## run the Criterion benchmarks
+bench: build ## run the Criterion benchmarks and time `import trundle`
+	$(BIN)/python benches/import_time.py
 	cargo bench --locked
 
-lock: $(VENV)/.packages ## update requirements*.lock from pyproject.toml (installs uv into .venv)
+wheel: $(VENV)/.packages ## build dist/*.whl, install it into a new environment and run the first diagnosis there
+	$(call say,"1/2 building the wheel")
+	rm -rf dist
+	$(BIN)/maturin build --release --locked --out dist
+	$(call say,"2/2 first diagnosis in a new environment with the core dependencies")
+	$(BIN)/python .ci/check_wheel.py dist/trundle-*.whl
+
+sdist: $(VENV)/.packages ## build dist/*.tar.gz, and a wheel from it (compiles everything)
+	$(BIN)/maturin sdist --out dist
+	$(PIP) wheel --no-deps --wheel-dir dist/from-sdist dist/trundle-*.tar.gz
+
+rust-docs: $(VENV)/.created ## build the reference of the Rust crates in target/doc; warnings are errors
+	RUSTDOCFLAGS="--deny warnings" cargo doc --release --locked --workspace --no-deps
+
+docs: build rust-docs $(VENV)/.docs ## build the documentation site in site/ (no network)
+	$(call say,"documentation site")
+	$(BIN)/python -m mkdocs build --strict
+
+notebooks: build $(VENV)/.docs ## execute the tutorials in docs/tutorials, in place
+	$(BIN)/python docs/tutorials/run.py
+
+lock: $(VENV)/.packages ## update requirements*.lock from pyproject.toml; UPGRADE=--upgrade takes the newest versions
 	$(PIP) install uv
 	$(BIN)/uv $(COMPILE) --extra dev --output-file requirements.lock pyproject.toml
 	$(BIN)/uv $(COMPILE) --extra rl --constraint requirements.lock --output-file requirements-rl.lock pyproject.toml
+	$(BIN)/uv $(COMPILE) --extra docs --constraint requirements.lock --output-file requirements-docs.lock pyproject.toml
 
-COMPILE := pip compile --quiet --upgrade --universal --python-version 3.10 --generate-hashes \
+UPGRADE ?=
+COMPILE = pip compile --quiet $(UPGRADE) --universal --python-version 3.10 --generate-hashes \
 	--no-annotate --no-emit-index-url --no-header
 
 clean: ## remove builds and the output of the demo
-	rm -rf $(VENV) target demo
+	rm -rf $(VENV) target demo dist site
 
 $(VENV)/.created:
 	$(call say,"Python environment in $(VENV)")
@@ -93,7 +121,7 @@ $(VENV)/.created:
 	@touch $@
 
 $(VENV)/.packages: requirements.lock | $(VENV)/.created
-	$(call say,"Python packages from requirements.lock (download of 220 MB)")
+	$(call say,"Python packages from requirements.lock (download of 350 MB)")
 	$(PIP) install --require-hashes -r requirements.lock
 	@touch $@
 
@@ -105,4 +133,9 @@ $(VENV)/.built: $(RUST) $(VENV)/.packages
 $(VENV)/.rl: requirements-rl.lock $(VENV)/.packages
 	$(call say,"PyTorch and stable-baselines3 from requirements-rl.lock: 3 GB to fetch")
 	$(PIP) install --require-hashes -r requirements-rl.lock
+	@touch $@
+
+$(VENV)/.docs: requirements-docs.lock $(VENV)/.packages
+	$(call say,"packages of the documentation site from requirements-docs.lock")
+	$(PIP) install --require-hashes -r requirements-docs.lock
 	@touch $@

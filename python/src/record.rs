@@ -155,7 +155,7 @@ impl PyRecording {
     /// Raises
     /// ------
     /// TrundleError
-    ///     If there is no such episode.
+    ///     If there is no such episode, or the extra `trundle[pandas]` is not installed.
     fn frame<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let Some(episode) = self.episodes(py)?.get_item(name)? else {
             let known: Vec<&str> = self.inner.episodes.iter().map(|episode| episode.name.as_str()).collect();
@@ -165,7 +165,9 @@ impl PyRecording {
                 known.join(", ")
             )));
         };
-        py.import("pandas")?.call_method1("DataFrame", (episode,))
+        let pandas =
+            py.import("trundle._optional")?.call_method1("require", ("pandas", "pandas", "data frames"))?;
+        pandas.call_method1("DataFrame", (episode,))
     }
 
     /// Write the recording as a folder, atomically.

@@ -4,9 +4,12 @@ The command line is `trundle`; `trundle.cli` describes it.
 """
 
 from trundle import _startup as _startup  # isort: skip  (before slow imports, to handle Ctrl-C)
-from trundle import baselines, envs, objects, plots
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
+from trundle import objects
 from trundle._native import Planner, __version__
-from trundle.agent import AdaptiveAgent
+from trundle._registration import register_environments as _register_environments
 from trundle.design import Design, design
 from trundle.diagnosis import Diagnosis, Fit, diagnose, fit, predict
 from trundle.identifiability import Profile, profile
@@ -14,10 +17,14 @@ from trundle.inspection import check, inspect, prepare, smooth
 from trundle.model import Model, effects
 from trundle.online import Online
 from trundle.posterior import Posterior, sample
-from trundle.record_wrapper import Record
 from trundle.recording import Recording, TrundleError, read
-from trundle.simulation import simulate
-from trundle.viewing import view
+from trundle.simulation import demo, simulate
+
+if _TYPE_CHECKING:
+    from trundle import baselines, envs, export, plots
+    from trundle.agent import AdaptiveAgent
+    from trundle.record_wrapper import Record
+    from trundle.viewing import view
 
 __all__ = [
     "AdaptiveAgent",
@@ -35,10 +42,12 @@ __all__ = [
     "__version__",
     "baselines",
     "check",
+    "demo",
     "design",
     "diagnose",
     "effects",
     "envs",
+    "export",
     "fit",
     "inspect",
     "objects",
@@ -52,3 +61,30 @@ __all__ = [
     "smooth",
     "view",
 ]
+
+_LAZY = {
+    "AdaptiveAgent": "trundle.agent",
+    "Record": "trundle.record_wrapper",
+    "baselines": "trundle",
+    "envs": "trundle",
+    "export": "trundle",
+    "plots": "trundle",
+    "view": "trundle.viewing",
+}
+"""Modules of the public names that are imported on first use, because they take long."""
+
+_register_environments()
+
+
+def __getattr__(name: str) -> object:
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if _LAZY[name] == __name__:
+        return _import_module(f"{__name__}.{name}")
+    value = getattr(_import_module(_LAZY[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

@@ -13,6 +13,7 @@ import numpy as np
 
 from trundle import _native
 from trundle._native import TrundleError
+from trundle._optional import require
 from trundle._types import CalibrationRound, CalibrationTable
 from trundle.atomic import atomic_file, write_text
 from trundle.experiments.backends import Backend, Local
@@ -44,12 +45,13 @@ class Calibration:
 
     def figure(self, path: PathLike) -> Path:
         """Draw histograms of the ranks, with the 95 % band of uniform ranks, to a PNG or SVG file."""
-        from matplotlib.figure import Figure
-
+        matplotlib = require("matplotlib.figure", "plots", "plots")
         lines = self.table["parameters"]
         n, bins = len(self.rounds), len(lines[0]["histogram"])
         columns = min(3, len(lines))
-        figure = Figure(figsize=(3.2 * columns, 2.3 * -(-len(lines) // columns)), layout="constrained")
+        figure = matplotlib.Figure(
+            figsize=(3.2 * columns, 2.3 * -(-len(lines) // columns)), layout="constrained"
+        )
         spread = 1.96 * np.sqrt(n * (bins - 1)) / bins
         for place, line in enumerate(lines):
             axes = figure.add_subplot(-(-len(lines) // columns), columns, place + 1)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import TrundleError
+from trundle._optional import require
 from trundle.agent import AdaptiveAgent
 from trundle.atomic import atomic_file
 from trundle.experiments.training.policy import Policy, load
@@ -44,6 +45,7 @@ class Animation:
             raise TrundleError(f"{path}: unknown suffix; use .gif for an animation")
         if not path.parent.is_dir():
             raise TrundleError(f"{path}: the folder {path.parent} does not exist")
+        self._image = require("PIL.Image", "plots", "animations")
         self.path, self._period = path, 0.05
         self._frames: list[NDArray[np.uint8]] = []
 
@@ -59,9 +61,7 @@ class Animation:
 
     def write(self) -> None:
         """Write the file."""
-        from PIL import Image
-
-        first, *rest = [Image.fromarray(frame).quantize(32) for frame in self._frames]
+        first, *rest = [self._image.fromarray(frame).quantize(32) for frame in self._frames]
         with atomic_file(self.path) as part:
             first.save(part, "GIF", save_all=True, append_images=rest, duration=1000 * self._period, loop=0)
 

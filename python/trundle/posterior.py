@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
+from trundle._optional import require
 from trundle.atomic import atomic_file
 from trundle.diagnosis import native_model, native_recording
 
@@ -31,6 +32,8 @@ Method: TypeAlias = Literal["nuts", "laplace", "metropolis"]
 
 MAX_R_HAT = 1.01
 """Maximum R-hat of converged chains (Vehtari et al. 2021)."""
+TAILS = (0.05, 0.95)
+"""Quantiles of the effective sample size of the tails. ArviZ 1 has no default for arrays."""
 MIN_EFFECTIVE_DRAWS = 400
 """Minimum effective sample size for reliable R-hat and quantiles (Vehtari et al. 2021)."""
 
@@ -85,8 +88,7 @@ class Posterior:
     @cached_property
     def _predicted(self) -> dict[str, tuple[xr.DataArray, xr.DataArray]]:
         """Return predicted and observed poses by episode."""
-        import xarray as xr
-
+        xr = import_xarray()
         found = {}
         for name, (held_out, t, seen, poses) in self._native.predictive(50, self.seed).items():
             kept, count = next(iter(self.draws.values())).shape[1], poses.shape[1]
@@ -104,20 +106,23 @@ class Posterior:
 
         The poses of an episode are the variable ``pose_NAME`` with the dimension ``time_NAME``.
         """
-        import xarray as xr
+        xarray = import_xarray()
 
         def table(columns: dict[str, NDArray[Any]]) -> xr.Dataset:
             dims = ("chain", "draw")
             shape = next(iter(columns.values())).shape
             coords = {name: np.arange(n) for name, n in zip(dims, shape, strict=True)}
-            return xr.Dataset({name: (dims, values) for name, values in columns.items()}, coords)
+            variables = {name: (dims, values) for name, values in columns.items()}
+            found: xr.Dataset = xarray.Dataset(variables, coords)
+            return found
 
         def poses(which: int) -> xr.Dataset:
             named = {
                 f"pose_{name}": pair[which].rename(time=f"time_{name}")
                 for name, pair in self._predicted.items()
             }
-            return xr.Dataset(named)
+            found: xr.Dataset = xarray.Dataset(named)
+            return found
 
         posterior = table(dict(self.draws))
         for parameter in self.summary["parameters"]:
@@ -141,19 +146,16 @@ class Posterior:
     def to_inference_data(self) -> Any:
         """Return an ``arviz.InferenceData``, or an ``xarray.DataTree`` with ArviZ 1."""
         az = import_arviz()
-        if hasattr(az, "InferenceData"):
+        if az.__version__.startswith("0."):  # version 1 has a placeholder of the same name
             return az.InferenceData(**self.groups())
-        import xarray as xr
-
-        return xr.DataTree.from_dict(self.groups())
+        return import_xarray().DataTree.from_dict(self.groups())
 
     def write(self, path: PathLike) -> Path:
         """Write all groups as netCDF, atomically, for ``arviz.from_netcdf``; return the path."""
-        import xarray as xr
-
+        require("h5netcdf", "arviz", "netCDF files")
         target = Path(path)
         with atomic_file(target) as part:
-            xr.DataTree.from_dict(self.groups()).to_netcdf(part, engine="h5netcdf")
+            import_xarray().DataTree.from_dict(self.groups()).to_netcdf(part, engine="h5netcdf")
         return target
 
 
@@ -201,13 +203,15 @@ def sample(
     Raises
     ------
     TrundleError
-        If there is not enough data, no parameter is free, or a setting is invalid.
+        If there is not enough data, no parameter is free, a setting is invalid, or the extra
+        `trundle[arviz]` is not installed.
     """
     for name, value in {"chains": chains, "draws": draws, "warmup": warmup, "starts": starts}.items():
         if value < 0:
             raise TrundleError(f"{name} = {value}: must not be negative")
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")
+    import_arviz()  # before the sampler runs for minutes
     prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     native = _native._sample(
         native_recording(recording),
@@ -262,7 +266,8 @@ def parameter_diagnostics(parameter: dict[str, Any], draws: Array) -> dict[str, 
     az = import_arviz()
     found = dict(parameter)
     found["r_hat"] = float(az.rhat(draws, method="rank")) if len(draws) > 1 else None
-    found |= {f"ess_{kind}": float(az.ess(draws, method=kind)) for kind in ("bulk", "tail")}
+    found["ess_bulk"] = float(az.ess(draws, method="bulk"))
+    found["ess_tail"] = float(az.ess(draws, method="tail", prob=TAILS))
     if parameter["identifiable"]:
         low, high = (float(q) for q in np.quantile(draws, [0.05, 0.95]))
         found |= {"mean": float(draws.mean()), "sd": float(draws.std()), "low": low, "high": high}
@@ -284,6 +289,9 @@ def import_arviz() -> Any:
     """Import ArviZ without its FutureWarning about the next version."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)
-        import arviz
+        return require("arviz", "arviz", "posterior samples")
 
-    return arviz
+
+def import_xarray() -> Any:
+    """Import xarray."""
+    return require("xarray", "arviz", "posterior samples")

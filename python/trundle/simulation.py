@@ -1,5 +1,5 @@
 """Simulation of scenarios."""
 
-from trundle._native import simulate
+from trundle._native import demo, simulate
 
-__all__ = ["simulate"]
+__all__ = ["demo", "simulate"]

@@ -29,20 +29,19 @@ def started(module: str, program: str) -> "subprocess.CompletedProcess[str]":
 
 @pytest.mark.parametrize(
     "module",
-    ["trundle.baselines", "trundle._native", "gymnasium", "trundle.cli", "trundle.cli.commands.effects"],
+    ["trundle.objects", "trundle._native", "gymnasium", "trundle.cli", "trundle.cli.commands.effects"],
 )
 def test_the_command_reports_an_interrupt(module: str) -> None:
     ran = started(module, "/usr/bin/trundle")
     assert (ran.returncode, ran.stdout, ran.stderr) == (130, "", "trundle: interrupted\n")
 
 
-@pytest.mark.parametrize("package", ["jinja2", "matplotlib"])
-def test_importing_trundle_does_not_import_slow_packages(package: str) -> None:
-    code = f"import sys, trundle; sys.exit({package!r} in sys.modules)"
+def test_importing_trundle_does_not_import_templates() -> None:
+    code = "import sys, trundle; sys.exit('jinja2' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], timeout=120).returncode == 0
 
 
 def test_a_program_that_imports_trundle_gets_keyboard_interrupt() -> None:
-    ran = started("trundle.baselines", "/home/somebody/experiment.py")
+    ran = started("trundle.objects", "/home/somebody/experiment.py")
     assert ran.returncode != 0
     assert ran.stderr.rstrip().endswith("KeyboardInterrupt")

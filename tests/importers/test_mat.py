@@ -87,7 +87,7 @@ def test_version_7_3_needs_h5py(imported: Import, tmp_path: Path, monkeypatch: p
     text = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
     (tmp_path / "new.mat").write_bytes(text + b"\x89HDF\r\n\x1a\n" + bytes(64))
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(ValueError, match=r"version 7\.3 MATLAB file; install h5py .* `save\(file, '-v7'\)`"):
+    with pytest.raises(ValueError, match=r"version 7\.3 need h5py: .*\[matlab\].* `save\(file, '-v7'\)`"):
         imported(tmp_path / "new.mat", "mat", {"time": "t", "columns": {"object_x": "x"}})
 
 

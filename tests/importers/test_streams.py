@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from trundle.importers.rotations import from_heading, from_rpy, heading, product, rotate, tilt
+from trundle.importers.rotations import from_axes, from_heading, from_rpy, heading, product, rotate, tilt
 from trundle.importers.streams import Stream, drop_stale, join
 
 times = st.lists(st.integers(0, 1000), min_size=1, max_size=40, unique=True).map(
@@ -61,3 +61,5 @@ def test_rotations_agree_with_scipy(roll: float, pitch: float, yaw: float, turn:
     np.testing.assert_allclose(rotate(product(a, b), v), (one * other).apply(v), atol=1e-12)
     np.testing.assert_allclose(heading(b), turn, atol=1e-12)
     np.testing.assert_allclose(np.cos(tilt(a)), one.as_matrix()[2, 2], atol=1e-12)
+    x, y, _ = one.as_matrix()
+    np.testing.assert_allclose(rotate(from_axes(x, y), v), one.apply(v), atol=1e-12)

@@ -262,7 +262,7 @@ def test_the_module_is_imported_on_demand() -> None:
     without = "import sys; sys.modules['stable_baselines3'] = None; import trundle.envs.sb3"
     failed = subprocess.run([sys.executable, "-c", without], capture_output=True, text=True)
     assert failed.returncode == 1
-    assert "ImportError: SB3VecEnv needs stable-baselines3: pip install trundle[rl]" in failed.stderr
+    assert "need stable_baselines3: pip install 'trundle[rl]'" in failed.stderr
 
 
 def test_only_batches_of_trundle_are_accepted() -> None:

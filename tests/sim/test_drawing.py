@@ -196,5 +196,5 @@ def test_a_closed_window_stays_closed(pygame: Any) -> None:
 
 def test_a_missing_pygame_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(DependencyNotInstalled, match=r"pip install trundle\[human\]"):
+    with pytest.raises(DependencyNotInstalled, match=r"pip install 'trundle\[human\]'"):
         Window()

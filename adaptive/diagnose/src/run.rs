@@ -75,7 +75,7 @@ pub(crate) fn diagnose_with(
     report(engine, decision, watch)
 }
 
-/// Diagnose a recording of any size. The search and the decision use the recording's own units ([`units`]),
+/// Diagnose a recording of any size. The search and the decision use the recording's own units (module `units`),
 /// the report uses SI units. `data` is the recording prepared with `prepare`.
 ///
 /// # Errors

@@ -1,5 +1,13 @@
 //! Simulated pushing: a rapier2d world driven by the model's laws, a gripper with a wrist sensor, a pose tracker,
 //! scenarios that produce recordings, and reinforcement-learning tasks.
+//!
+//! # Examples
+//! ```
+//! let (scenario, model) = trundle_sim::Scenario::demo()?;
+//! let recording = trundle_sim::simulate(&scenario, &model, 0)?;
+//! assert_eq!(recording.episodes.len(), 8);
+//! # Ok::<(), trundle_sim::SimError>(())
+//! ```
 
 mod colliders;
 mod end_effector;

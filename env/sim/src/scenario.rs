@@ -6,10 +6,14 @@ use serde::Deserialize;
 use toml::Table;
 use trundle_model::Model;
 
-use crate::toml_file::{expect_format, in_file, parse};
+use crate::task::read_object;
+use crate::toml_file::{expect_format, in_file, parse, parse_text};
 use crate::{Coupling, Excitation, Object, Push, Sensor, SimError, Tracker};
 
 const SCENARIO_FORMAT: &str = "trundle-scenario/1";
+
+/// The scenario of the demo. Its object is a household object.
+const DEMO: &str = include_str!("../scenarios/demo.toml");
 
 /// Largest simulation step, s. The gripper's coupling and the sensor's clock limit it.
 const MAX_STEP_S: f64 = 0.01;
@@ -83,15 +87,38 @@ impl Scenario {
     /// If a file cannot be read or a value is invalid. The message names file and key.
     pub fn read(path: &Path) -> Result<(Self, Model), SimError> {
         let scenario: Self = parse(path, SCENARIO_FORMAT)?;
-        expect_format(path, &scenario.format, SCENARIO_FORMAT)?;
-        scenario.check().map_err(|error| in_file(path, &error))?;
+        scenario.check_file(path)?;
         let object_path = path.parent().unwrap_or(Path::new("")).join(&scenario.object);
         let object = Object::read(&object_path)?;
+        scenario.with_model(path, &object)
+    }
+
+    /// The scenario of the demo, which needs no file: an office table with a locked wheel and dry friction.
+    ///
+    /// # Errors
+    /// None: a test parses it.
+    pub fn demo() -> Result<(Self, Model), SimError> {
+        let path = Path::new("demo.toml");
+        let scenario: Self = parse_text(path, DEMO, SCENARIO_FORMAT)?;
+        scenario.check_file(path)?;
+        let name = scenario.object.file_stem().unwrap_or_default().to_string_lossy();
+        let object = read_object(&name)?;
+        scenario.with_model(path, &object)
+    }
+
+    /// Check the values of a scenario file.
+    fn check_file(&self, path: &Path) -> Result<(), SimError> {
+        expect_format(path, &self.format, SCENARIO_FORMAT)?;
+        self.check().map_err(|error| in_file(path, &error))
+    }
+
+    /// The scenario and the model of its object with all effects.
+    fn with_model(self, path: &Path, object: &Object) -> Result<(Self, Model), SimError> {
         let model = object
-            .model_with(scenario.configuration.as_deref(), &scenario.effects)
+            .model_with(self.configuration.as_deref(), &self.effects)
             .map_err(|error| in_file(path, &error))?;
         model.resolved().map_err(|error| in_file(path, &error.into()))?;
-        Ok((scenario, model))
+        Ok((self, model))
     }
 
     /// Number of episodes.

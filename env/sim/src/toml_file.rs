@@ -32,12 +32,16 @@ pub(crate) fn effects(tables: &[Table]) -> Result<Vec<Effect>, SimError> {
 pub(crate) fn parse<T: DeserializeOwned>(path: &Path, known: &str) -> Result<T, SimError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SimError::Io { path: path.to_owned(), source })?;
+    parse_text(path, &text, known)
+}
+
+/// The same for the text of a file.
+pub(crate) fn parse_text<T: DeserializeOwned>(path: &Path, text: &str, known: &str) -> Result<T, SimError> {
     if let Some(Value::String(found)) = text.parse::<Table>().ok().and_then(|mut file| file.remove("format"))
     {
         expect_format(path, &found, known)?;
     }
-    toml::from_str(&text)
-        .map_err(|error| SimError::File { path: path.to_owned(), message: error.to_string() })
+    toml::from_str(text).map_err(|error| SimError::File { path: path.to_owned(), message: error.to_string() })
 }
 
 pub(crate) fn expect_format(path: &Path, found: &str, known: &str) -> Result<(), SimError> {

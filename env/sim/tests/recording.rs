@@ -244,3 +244,9 @@ fn a_leading_clock_shortens_the_precontact_interval() {
     let message = early(-0.35).unwrap_err().to_string();
     assert!(message.contains("latency.delay = -0.35") && message.contains("sensor.precontact"), "{message}");
 }
+
+#[test]
+fn the_demo_needs_no_file() {
+    let (scenario, model) = Scenario::demo().unwrap();
+    assert_eq!(simulate(&scenario, &model, 0).unwrap(), recording(|_| {}, 0));
+}

@@ -14,8 +14,6 @@ id                              task
 `gymnasium.make` makes one environment, `gymnasium.make_vec` a batch that is stepped on all cores.
 """
 
-from gymnasium.envs.registration import register
-
 from trundle._native import Pushing
 from trundle.envs.goal import PushAroundGoal, PushDoorGoal, PushGoal, PushPathGoal, PushPoseGoal
 from trundle.envs.observation import Observation
@@ -51,16 +49,3 @@ __all__ = [
 
 FLAT = (LockedWheel, PushPose, PushPath, PushAround, PushDoor)
 """The tasks whose observations are arrays."""
-
-for _env in FLAT:
-    register(
-        id=f"trundle/{_env.__name__}-v0",
-        entry_point=f"trundle.envs.tasks:{_env.__name__}",
-        vector_entry_point=f"trundle.envs.vector:{_env.__name__}Vec",
-    )
-for _env in (PushPoseGoal, PushPathGoal, PushAroundGoal, PushDoorGoal):
-    register(
-        id=f"trundle/{_env.__name__}-v0",
-        entry_point=f"trundle.envs.goal:{_env.__name__}",
-        vector_entry_point=f"trundle.envs.vector:{_env.__name__}Vec",
-    )

@@ -8,6 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle._optional import require
+
 __all__ = ["Plane", "Points", "polygon_distance", "sample_polyline", "text_coverage"]
 
 Points = NDArray[np.float64]
@@ -56,9 +58,8 @@ def sample_polyline(points: Points, dash: float = 0.0) -> Points:
 @lru_cache(maxsize=64)
 def text_coverage(words: str, height: float) -> Plane:
     """Return the coverage of each pixel by a text, with a margin; capitals are about 0.75 `height` high."""
-    from matplotlib.textpath import TextPath  # slow to import, and seldom needed
-
-    outline = TextPath((0.0, 0.0), words, size=height)
+    textpath = require("matplotlib.textpath", "plots", "labels in pictures")
+    outline = textpath.TextPath((0.0, 0.0), words, size=height)
     rings = [np.array(ring) * (1.0, -1.0) for ring in outline.to_polygons()]
     width = max((ring[:, 0].max() for ring in rings), default=0.0)
     x = np.arange(-3.0, width + 3.0, dtype=np.float32)[None, :]

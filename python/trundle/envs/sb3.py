@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 import numpy as np
@@ -11,11 +11,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 from trundle._native import TrundleError
+from trundle._optional import require
 
-try:
+if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
-except ImportError as error:
-    raise ImportError("SB3VecEnv needs stable-baselines3: pip install trundle[rl]") from error
+else:
+    VecEnv = require("stable_baselines3.common.vec_env", "rl", "batches for stable-baselines3").VecEnv
 
 __all__ = ["SB3VecEnv"]
 

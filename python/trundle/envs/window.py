@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
+
+from trundle._native import TrundleError
+from trundle._optional import require
 
 __all__ = ["Window"]
 
@@ -70,8 +72,6 @@ class Window:
 
 def _pygame() -> Any:
     try:
-        return import_module("pygame")
-    except ImportError as error:
-        raise DependencyNotInstalled(
-            "render_mode='human' needs pygame: pip install trundle[human], or use render_mode='rgb_array'"
-        ) from error
+        return require("pygame", "human", "windows of render_mode='human'")
+    except TrundleError as error:
+        raise DependencyNotInstalled(f"{error}, or use render_mode='rgb_array'") from error

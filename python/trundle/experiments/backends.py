@@ -6,7 +6,6 @@ the call, and store them themselves.
 
 from __future__ import annotations
 
-import importlib
 import multiprocessing
 import os
 import signal
@@ -19,6 +18,7 @@ from multiprocessing.synchronize import Event
 from typing import Any, Protocol, TypeVar
 
 from trundle._native import TrundleError
+from trundle._optional import require
 
 __all__ = ["BACKENDS", "Backend", "Joblib", "Local", "Ray", "backend", "in_order"]
 
@@ -67,10 +67,10 @@ def backend(name: str = "local", jobs: int | None = None, address: str | None = 
     if address is not None and name != "ray":
         raise TrundleError(f"address = {address!r}: only the backend ray takes an address, not {name}")
     if name == "ray":
-        required("ray")
+        import_ray()
         return Ray(jobs, address)
     if name == "joblib":
-        required("joblib")
+        import_joblib()
         return Joblib(jobs or 1)
     return Local(jobs or 1)
 
@@ -86,14 +86,14 @@ def in_order(where: Backend, work: Callable[..., T], calls: Sequence[tuple[Any, 
             following += 1
 
 
-def required(package: str) -> Any:
-    """Import the package of a backend."""
-    try:
-        return importlib.import_module(package)
-    except ImportError as error:
-        raise TrundleError(
-            f"the backend {package} needs a package that is not installed: pip install 'trundle[{package}]'"
-        ) from error
+def import_ray() -> Any:
+    """Import Ray."""
+    return require("ray", "ray", "clusters of --backend ray")
+
+
+def import_joblib() -> Any:
+    """Import joblib."""
+    return require("joblib", "joblib", "processes of --backend joblib")
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ class Joblib:
 
     def map(self, work: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
         """Yield the number of each call and its result, in the order in which they finish."""
-        joblib = required("joblib")
+        joblib = import_joblib()
         parallel = joblib.Parallel(n_jobs=self.jobs, return_as="generator_unordered", pre_dispatch="all")
         threads = threads_per_job(self.jobs)
         with interrupts_blocked():
@@ -213,7 +213,7 @@ class Ray:
 
     def map(self, work: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
         """Yield the number of each call and its result, in the order in which they finish."""
-        ray = required("ray")
+        ray = import_ray()
         with self.connected(ray):
             task = ray.remote(num_cpus=1)(numbered)
             most = RAY_TASKS_PER_CPU * max(1, int(ray.cluster_resources().get("CPU", 1)))

@@ -33,9 +33,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import tomli_w
 from numpy.typing import NDArray
-from rosbags.rosbag2 import StoragePlugin, Writer
 
 from trundle._native import Recording, TrundleError, read
+from trundle._optional import require
 from trundle.atomic import report_target_path
 from trundle.export.markers import MARKERS, TRANSFORMS, Marker, arrow_markers, scene_markers
 from trundle.export.messages import NS_PER_S, Bag
@@ -93,8 +93,10 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
     Raises
     ------
     TrundleError
-        If the recording is invalid, two of its times are in the same nanosecond, or `path` is another file.
+        If the recording is invalid, two of its times are in the same nanosecond, `path` is another file, or
+        the extra `trundle[ros]` is not installed.
     """
+    rosbag2 = require("rosbags.rosbag2", "ros", "MCAP files")
     whole = recording if isinstance(recording, Recording) else read(recording)
     path = Path(path)
     _check_target(path)
@@ -107,7 +109,7 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
     ):
         folder = Path(partial) / path.stem
         # Humble reads no later version; all later ones read this.
-        with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+        with rosbag2.Writer(folder, version=8, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
             bag = Bag(writer)
             described = Description(FORMAT, [episode for episode, _ in placed], whole.metadata)
             bag.write(DESCRIPTION, STRING, FIRST_STAMP_NS, tomli_w.dumps(asdict(described)), latched=True)

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
-from rosbags.rosbag2 import Writer
-from rosbags.typesys import Stores, get_typestore
-
+from trundle._optional import require
 from trundle.export.markers import MARKERS, TRANSFORMS, marker_array, transforms
 from trundle.importers.trundle_mcap import NUMBER, STRING
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Qos
+    from rosbags.rosbag2 import Writer
 
 __all__ = ["NS_PER_S", "Bag"]
 
 NS_PER_S = 10**9
-FOREVER = QosTime(9223372036, 854775807)
-LATCHED = Qos(
-    history=QosHistory.KEEP_LAST,
-    depth=1,
-    reliability=QosReliability.RELIABLE,
-    durability=QosDurability.TRANSIENT_LOCAL,
-    deadline=FOREVER,
-    lifespan=FOREVER,
-    liveliness=QosLiveliness.AUTOMATIC,
-    liveliness_lease_duration=FOREVER,
-    avoid_ros_namespace_conventions=False,
-)
 
 
 class Bag:
@@ -39,7 +28,8 @@ class Bag:
 
     def __init__(self, writer: Writer) -> None:
         self._writer = writer
-        self._store = get_typestore(Stores.LATEST)
+        types = require("rosbags.typesys", "ros", "MCAP files")
+        self._store = types.get_typestore(types.Stores.LATEST)
         self._connections: dict[str, Any] = {}
 
     def write(
@@ -63,7 +53,7 @@ class Bag:
         """
         if topic not in self._connections:
             self._connections[topic] = self._writer.add_connection(
-                topic, kind, typestore=self._store, offered_qos_profiles=[LATCHED] if latched else []
+                topic, kind, typestore=self._store, offered_qos_profiles=[latched_qos()] if latched else []
             )
         data = self._store.serialize_cdr(self._message(kind, stamp, content, frame), kind)
         self._writer.write(self._connections[topic], stamp, data)
@@ -89,3 +79,21 @@ class Bag:
         return make[kind](
             header, make["geometry_msgs/msg/Pose"](make["geometry_msgs/msg/Point"](x, y, z), turn)
         )
+
+
+def latched_qos() -> Qos:
+    """Return the quality of service of a topic whose last message late subscribers receive."""
+    interfaces = require("rosbags.interfaces", "ros", "MCAP files")
+    forever = interfaces.QosTime(9223372036, 854775807)
+    qos: Qos = interfaces.Qos(
+        history=interfaces.QosHistory.KEEP_LAST,
+        depth=1,
+        reliability=interfaces.QosReliability.RELIABLE,
+        durability=interfaces.QosDurability.TRANSIENT_LOCAL,
+        deadline=forever,
+        lifespan=forever,
+        liveliness=interfaces.QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=forever,
+        avoid_ros_namespace_conventions=False,
+    )
+    return qos

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import subprocess
 import sys
 import tempfile
@@ -10,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from trundle._native import TrundleError
+from trundle._optional import require
 from trundle.importers import matlab
 from trundle.importers.layout import Floats, SourceError
 from trundle.importers.matlab import DamagedError, HDF5Error, Other, Struct, Value
@@ -103,12 +104,10 @@ def _unreadable(path: Path, reason: str) -> SourceError:
 
 def _load_hdf5(path: Path) -> dict[str, Value]:
     """Read a file of version 7.3 in another process, because a damaged file may crash the HDF5 library."""
-    if importlib.util.find_spec("h5py") is None:
-        raise SourceError(
-            path,
-            "a version 7.3 MATLAB file; install h5py (`pip install h5py`), or save it in MATLAB with "
-            "`save(file, '-v7')`",
-        )
+    try:
+        require("h5py", "matlab", "MATLAB files of version 7.3")
+    except TrundleError as error:
+        raise SourceError(path, f"{error}, or {REMEDY}") from error
     limit = matlab.BASE_MEMORY_BYTES + matlab.MEMORY_PER_FILE_BYTE * path.stat().st_size
     with tempfile.TemporaryDirectory() as place:
         target = Path(place) / "variables.npz"

@@ -6,11 +6,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
-
+from trundle._optional import require
 from trundle.importers import trundle_mcap
 from trundle.importers.config import MapError, typed
 from trundle.importers.layout import Imported, ShowProgress, SourceError
@@ -25,6 +23,9 @@ from trundle.importers.takes import (
     clean_stream,
     to_recording_frames,
 )
+
+if TYPE_CHECKING:
+    from rosbags.rosbag2 import Reader
 
 __all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "GripperTopic", "TopicMap", "open_bag", "read"]
 
@@ -155,7 +156,8 @@ def _collect(bag: Path, source_map: BagMap, say: ShowProgress) -> dict[str, Samp
         for role, topic in topics.items()
     }
     wanted = {topic.topic for topic in topics.values()}
-    store = get_typestore(Stores.LATEST)
+    types = require("rosbags.typesys", "ros", "ROS bags")
+    store = types.get_typestore(types.Stores.LATEST)
     with open_bag(bag) as reader:
         for role, topic in topics.items():
             _check_topic(bag, reader, role, topic)
@@ -175,8 +177,9 @@ def _collect(bag: Path, source_map: BagMap, say: ShowProgress) -> dict[str, Samp
 @contextmanager
 def open_bag(bag: Path) -> Iterator[Reader]:
     """Open a bag for reading; the error for a damaged bag names a remedy."""
+    rosbag2 = require("rosbags.rosbag2", "ros", "ROS bags")
     try:
-        with Reader(bag) as reader:
+        with rosbag2.Reader(bag) as reader:
             yield reader
     except (SourceError, MapError, OSError):
         raise

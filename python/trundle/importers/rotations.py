@@ -1,39 +1,35 @@
-"""Unit quaternions (w, x, y, z) as rows of an array, and their heading and tilt; scipy does the algebra."""
+"""Unit quaternions (w, x, y, z) as rows of an array, and their heading and tilt."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trundle.importers.layout import Floats
 
-if TYPE_CHECKING:
-    from scipy.spatial.transform import Rotation
-
 __all__ = ["from_axes", "from_heading", "from_rpy", "heading", "product", "rotate", "tilt"]
 
 
-def rotation(q: Floats) -> Rotation:
-    """Return quaternions (4,) or (n, 4) as rotations."""
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(np.roll(q, -1, axis=-1))
-
-
-def quaternions(rotations: Rotation) -> Floats:
-    """Return rotations as quaternions, (4,) or (n, 4)."""
-    return np.asarray(np.roll(rotations.as_quat(), 1, axis=-1), dtype=np.float64)
-
-
 def product(a: Floats, b: Floats) -> Floats:
-    """Return the product a⊗b, that is rotation b followed by a; (4,) or (n, 4) each."""
-    return quaternions(rotation(a) * rotation(b))
+    """Return the product a⊗b, that is rotation b followed by a; (4,) or (n, 4) each, normalised."""
+    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    u, v = a[..., 1:], b[..., 1:]
+    real = a[..., :1] * b[..., :1] - np.sum(u * v, axis=-1, keepdims=True)
+    imaginary = a[..., :1] * v + b[..., :1] * u + np.cross(u, v)
+    return normalised(np.concatenate([real, imaginary], axis=-1))
 
 
 def rotate(q: Floats, v: Floats) -> Floats:
     """Rotate vectors v (3,) or (n, 3) by q (4,) or (n, 4)."""
-    return np.asarray(rotation(q).apply(v), dtype=np.float64)
+    q = normalised(q)
+    v = np.asarray(v, dtype=np.float64)
+    u = q[..., 1:]
+    return np.asarray(v + 2.0 * np.cross(u, np.cross(u, v) + q[..., :1] * v), dtype=np.float64)
+
+
+def normalised(q: Floats) -> Floats:
+    """Return quaternions (4,) or (n, 4) scaled to unit length."""
+    q = np.asarray(q, dtype=np.float64)
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True), dtype=np.float64)
 
 
 def heading(q: Floats) -> Floats:
@@ -56,13 +52,18 @@ def from_heading(theta: Floats) -> Floats:
 
 def from_rpy(rpy: Floats) -> Floats:
     """Return the rotation by roll, pitch, yaw (3,), rad, about fixed x, then y, then z; (4,)."""
-    from scipy.spatial.transform import Rotation
-
-    return quaternions(Rotation.from_euler("xyz", rpy))
+    half = np.asarray(rpy, dtype=np.float64)[:, None] / 2.0
+    roll, pitch, yaw = np.cos(half) * [1.0, 0.0, 0.0, 0.0] + np.sin(half) * np.eye(3, 4, 1)
+    return product(yaw, product(pitch, roll))
 
 
 def from_axes(x: Floats, y: Floats) -> Floats:
     """Return the rotation that maps the orthonormal vectors x and y (3,) to the axes x and y; (4,)."""
-    from scipy.spatial.transform import Rotation
-
-    return quaternions(Rotation.from_matrix(np.vstack([x, y, np.cross(x, y)])))
+    rows = np.vstack([x, y, np.cross(x, y)])
+    # 4 q qᵀ, each row of which is a multiple of q; the longest row is the most accurate (Shepperd 1978).
+    twist = np.array([rows[2, 1] - rows[1, 2], rows[0, 2] - rows[2, 0], rows[1, 0] - rows[0, 1]])
+    outer = np.empty((4, 4))
+    outer[0, 0] = 1.0 + np.trace(rows)
+    outer[0, 1:] = outer[1:, 0] = twist
+    outer[1:, 1:] = rows + rows.T + (1.0 - np.trace(rows)) * np.eye(3)
+    return normalised(outer[np.argmax(np.diag(outer))])

@@ -11,12 +11,11 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
 
+from trundle._optional import require
 from trundle.importers.config import typed
 from trundle.importers.layout import Columns, Imported, ShowProgress, SourceError
 from trundle.importers.messages import POSE, READERS, WRENCH
@@ -25,6 +24,9 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+if TYPE_CHECKING:
+    from rosbags.rosbag2 import Reader
 
 __all__ = ["DESCRIPTION", "FORMAT", "NAME", "NOTE", "TOPICS", "Description", "Episode", "describe", "read"]
 
@@ -128,7 +130,8 @@ def read(reader: Reader, description: Description, say: ShowProgress) -> Importe
 
 def _messages(reader: Reader, kinds: dict[str, str]) -> Iterator[tuple[str, int, Any]]:
     """Yield topic, log time (ns) and content of the messages on topics with these types."""
-    store = get_typestore(Stores.LATEST)
+    types = require("rosbags.typesys", "ros", "ROS bags")
+    store = types.get_typestore(types.Stores.LATEST)
     wanted = [each for each in reader.connections if kinds.get(each.topic) == each.msgtype]
     # With an empty list the reader would yield all messages.
     for connection, stamp, data in reader.messages(wanted) if wanted else ():

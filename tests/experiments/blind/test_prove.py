@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,6 @@ def test_an_unusable_file_is_reported(
 def test_a_missing_mujoco_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
     assert command(tmp_path) == 2
-    assert "trundle[mujoco]" in capsys.readouterr().err
+    assert "need mujoco: pip install 'trundle[experiments]'" in capsys.readouterr().err

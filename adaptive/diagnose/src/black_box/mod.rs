@@ -2,12 +2,12 @@
 //!
 //! The simulator is a function ([`Simulator`]). Its calls are expensive, and it provides neither derivatives nor
 //! a list of its effects. It is therefore called along the measured motion only and replaced there by its
-//! first-order expansion ([`linearisation`]). A Kalman filter over that expansion ([`gains`]) weighs the residual
+//! first-order expansion (`linearisation`). A Kalman filter over that expansion (`gains`) weighs the residual
 //! by the noise of the force sensor, the tare error and the noise of the tracker, as for trundle's own plant.
 //!
-//! Laws, including those with internal states ([`law_states`]), add to the wrench ([`law_wrench`]); testing one
-//! needs no calls. The simulator itself makes all reported predictions ([`rollout`]). Search, verdict and answer
-//! are shared with every other diagnosis ([`crate::engine`]).
+//! Laws, including those with internal states (`law_states`), add to the wrench (`law_wrench`); testing one
+//! needs no calls. The simulator itself makes all reported predictions (`rollout`). Search, verdict and answer
+//! are shared with every other diagnosis (`crate::engine`).
 
 mod apparent_mass;
 mod basis;

@@ -25,7 +25,7 @@ pub enum ReadingAxes {
     Published,
 }
 
-/// Options of [`prepare_with`].
+/// Options of [`prepare_with`](super::prepare_with).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// How raw readings are tared.

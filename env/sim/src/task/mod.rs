@@ -21,4 +21,5 @@ pub use options::{ActionMode, HiddenKind, Options, TaskKind};
 pub use outcome::Outcome;
 pub use push_task::PushTask;
 pub use scene_layout::{ResetOptions, SceneLayout};
+pub(crate) use task_objects::read_object;
 pub use task_objects::{TaskObject, TaskObjects, household_names};

@@ -148,7 +148,8 @@ impl TaskObjects {
     }
 }
 
-fn read_object(name: &str) -> Result<Object, SimError> {
+/// A household object by name, or the object of a file.
+pub(crate) fn read_object(name: &str) -> Result<Object, SimError> {
     if let Some((name, text)) = HOUSEHOLD_FILES.iter().find(|(known, _)| *known == name) {
         return Object::parse(name, text);
     }

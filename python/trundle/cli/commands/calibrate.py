@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from trundle._optional import require
 from trundle._types import CalibrationTable
 from trundle.cli.options import add_backend, add_out, add_quiet, add_seed, select_backend
 from trundle.cli.progress import Progress
@@ -45,6 +46,8 @@ def run(args: argparse.Namespace) -> int:
     """Run the calibration, print the table and draw the figure."""
     from trundle.calibration import calibrate
 
+    if args.figure is not None:
+        require("matplotlib", "plots", "plots")  # before hours of calibration
     with Progress(f"calibrating {args.config}", quiet=args.quiet) as progress:
         found = calibrate(
             args.config,

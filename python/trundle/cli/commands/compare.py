@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from trundle._optional import require
 from trundle.cli.options import add_execution, positive_int, select_execution
 
 HELP = "Compare agents on the same hidden worlds and write the results as a document."
@@ -27,6 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the comparison and print the document."""
+    for module in ("matplotlib", "scipy"):
+        require(module, "experiments", "comparisons")
     from trundle.experiments.comparison.run import compare
 
     print(compare(args.config, select_execution(args, "compare", Path("docs")), args.worlds))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from trundle._optional import require
 from trundle.cli.options import add_execution, positive_int, select_execution
 
 HELP = "Run an experiment of the paper and write its table and figures to docs/paper.md."
@@ -38,6 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the selected experiments in turn."""
+    for module in ("matplotlib", "pandas", "pyarrow", "scipy"):
+        require(module, "experiments", "experiments of the paper")
     from trundle.experiments.paper.run import run_one
 
     execution = select_execution(args, "paper", Path("paper-quick" if args.quick else "docs"))

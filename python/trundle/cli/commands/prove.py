@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import tempfile
 from pathlib import Path
 
+from trundle._optional import require
 from trundle.cli.options import add_backend, add_quiet, select_backend
 
 HELP = "Run a blind benchmark: hide effects in recordings of other simulators, diagnose, and score."
@@ -70,8 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the selected benchmark and write its document."""
-    if importlib.util.find_spec("mujoco") is None:
-        raise ValueError("`trundle prove` needs MuJoCo: pip install 'trundle[mujoco]'")
+    for module in ("matplotlib", "mujoco", "scipy"):
+        require(module, "experiments", "blind benchmarks")
     from trundle.experiments.blind.run import prove
 
     text = prove(

@@ -8,16 +8,23 @@ from pathlib import Path
 from trundle.cli.options import add_out, add_seed
 
 HELP = "Simulate the pushes of a scenario and write the sensor readings as a recording."
-EXAMPLE = "trundle simulate configs/experiments/demo.toml --out demo/recording"
+EXAMPLE = "trundle simulate --demo --out demo/recording"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the scenario, `--out`, `--seed` and `--table`."""
-    parser.add_argument(
+    """Add the scenario, `--demo`, `--out`, `--seed` and `--table`."""
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
         "scenario",
         metavar="SCENARIO",
         type=Path,
+        nargs="?",
         help="scenario file, such as configs/experiments/demo.toml",
+    )
+    source.add_argument(
+        "--demo",
+        action="store_true",
+        help="simulate the demo, which needs no file: a table with a locked wheel and hidden dry friction",
     )
     add_out(parser, "folder of the new recording", required=True)
     add_seed(parser)
@@ -30,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     """Simulate the scenario, write the recording and print a summary."""
     import trundle
 
-    recording = trundle.simulate(args.scenario, seed=args.seed)
+    recording = trundle.demo(args.seed) if args.demo else trundle.simulate(args.scenario, seed=args.seed)
     recording.write(args.out, table=args.table)
     held_out = len(recording.metadata.get("split", {}).get("held_out", []))
     print(f"{args.out}: {recording.name}, {len(recording.episodes)} episodes, {held_out} held out")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
 from pathlib import Path
 
+from trundle._optional import require
 from trundle.cli.options import add_backend, add_quiet, select_backend
 
 HELP = "Train an agent of stable-baselines3 (needs trundle[rl]), or resume an interrupted training."
@@ -42,8 +42,7 @@ def run(args: argparse.Namespace) -> int:
 
     settings = read(args.config)
     chosen = select_seeds(args.seed, settings.seeds)
-    if importlib.util.find_spec("stable_baselines3") is None:
-        raise ValueError("`trundle train` needs stable-baselines3: pip install 'trundle[rl]'")
+    require("stable_baselines3", "rl", "trainings")
     from trundle.experiments.training.train import train_one
 
     where = select_backend(args)

@@ -9,6 +9,7 @@ from typing import Any
 
 import tomli_w
 
+from trundle._optional import require
 from trundle.diagnosis import predict
 from trundle.experiments.sampling import Floats
 from trundle.model import Model
@@ -41,8 +42,7 @@ def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> R
 
 def open_loop(recording: Recording, model: Model) -> dict[str, tuple[Floats, Floats]]:
     """Return for each episode the observed poses and those simulated in open loop, (n, 3) each, m, m, rad."""
-    import pandas as pd
-
+    pd = require("pandas", "experiments", "experiments of the paper")
     with tempfile.TemporaryDirectory(prefix="trundle-paper-") as name:
         frame = pd.read_parquet(predict(recording, model, Path(name) / "poses.parquet"), engine="pyarrow")
     axes = ("x", "y", "theta")
