@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import csv
+import itertools
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from trundle.importers.config import typed
+from trundle.importers.csv_dialect import EMPTY, Dialect, is_number
 from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
 from trundle.importers.tables import TableMap, read_files
 
@@ -25,42 +27,80 @@ class CsvMap(TableMap):
 
     Attributes
     ----------
+    encoding : str
+        Codec of the text.
     delimiter : str
-        Separator of cells.
+        Separator of cells; a space stands for any number of spaces.
+    decimal : str
+        Decimal sign, "." or ",".
     header : bool
         Whether the first row contains the column names; else columns are named "1", "2", …
     skip_rows : int
         Number of lines to skip at the beginning.
+    unit_row : bool
+        Whether the row below the header contains units, and is skipped.
     """
 
+    encoding: str = "utf-8"
     delimiter: str = ","
+    decimal: str = "."
     header: bool = True
     skip_rows: int = 0
+    unit_row: bool = False
+
+    @property
+    def dialect(self) -> Dialect:
+        """The layout of the files."""
+        return Dialect(
+            self.encoding, self.delimiter, self.decimal, self.header, self.skip_rows, self.unit_row
+        )
 
 
 class CsvFile:
-    """Numeric columns of a CSV file by name, or by number from 1 without a header."""
+    """Numeric columns of a CSV file by name, or by number from 1 without a header.
 
-    def __init__(self, path: Path, source_map: CsvMap) -> None:
-        self.path = path
+    Attributes
+    ----------
+    path : Path
+        The file.
+    names : list of str
+        Columns in the order of the file.
+    units : list of str or None
+        Cells of the row of units by column, or None without such a row.
+    rows : list of list of str
+        Cells.
+    """
+
+    def __init__(self, path: Path, dialect: Dialect, limit: int | None = None) -> None:
+        self.path, self._dialect = path, dialect
         try:
-            self._table = pd.read_csv(
-                path,
-                sep=source_map.delimiter,
-                header=0 if source_map.header else None,
-                skiprows=source_map.skip_rows,
-                skipinitialspace=True,
-                dtype=str,
-                keep_default_na=False,
-            )
-        except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-            raise SourceError(
-                path, f"not a table with the delimiter {source_map.delimiter!r} ({error})"
-            ) from error
-        names = [str(name).strip() for name in self._table.columns]
-        self._table.columns = pd.Index(
-            names if source_map.header else [str(i + 1) for i in range(len(names))]
+            # This codec also reads UTF-8 without a byte-order mark.
+            encoding = "utf-8-sig" if dialect.encoding == "utf-8" else dialect.encoding
+            with path.open(encoding=encoding, newline="") as file:
+                self.rows = list(itertools.islice(_rows(file, dialect), limit))
+        except (csv.Error, UnicodeError, LookupError) as error:
+            raise SourceError(path, f"cannot be read with {_describe(dialect)}: {error}{REMEDY}") from error
+        if not self.rows:
+            raise SourceError(path, "is empty; it must have a header and one row for each sample")
+        first = [cell.strip() for cell in self.rows[0]]
+        self.names = first if dialect.header else [str(i + 1) for i in range(len(first))]
+        self.units = (
+            [cell.strip() for cell in self.rows[1]] if dialect.unit_row and len(self.rows) > 1 else None
         )
+        self.rows = self.rows[dialect.header + dialect.unit_row :]
+        self._check_widths()
+
+    def _check_widths(self) -> None:
+        for number, row in enumerate(self.rows, 1):
+            # A delimiter at the end of every row is common and adds an empty cell.
+            if len(row) == len(self.names) + 1 and not row[-1].strip():
+                row.pop()
+            if len(row) != len(self.names):
+                raise SourceError(
+                    self.path,
+                    f"row {number} has {len(row)} cells and the header {len(self.names)} (with "
+                    f"{_describe(self._dialect)}); correct or delete the row{REMEDY}",
+                )
 
     def vector(self, name: str, index: int | None = None) -> Floats:
         """Return a column, NaN where a cell is empty."""
@@ -68,22 +108,53 @@ class CsvFile:
             raise SourceError(
                 self.path, f"`index` = {index} with {name!r}: applies only to MATLAB matrices; remove it"
             )
-        if name not in self._table:
+        if name not in self.names:
+            wrong = f" (with {_describe(self._dialect)}{REMEDY})" if len(self.names) == 1 else ""
             raise SourceError(
-                self.path, f"no column {name!r}; the columns are {', '.join(map(repr, self._table))}"
+                self.path, f"no column {name!r}; the columns are {', '.join(map(repr, self.names))}{wrong}"
             )
-        cells = self._table[name].str.strip()
-        numbers = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64)
-        wrong = np.flatnonzero(np.isnan(numbers) & ~cells.str.lower().isin(["", "nan", "null"]).to_numpy())
-        if len(wrong):
-            row = int(wrong[0])
+        if self.names.count(name) > 1:
+            raise SourceError(self.path, f"has two columns {name!r}; rename one of them in the header")
+        place, decimal = self.names.index(name), self._dialect.decimal
+        cells = [row[place].strip() for row in self.rows]
+        try:
+            return np.array([_number(cell, decimal) for cell in cells])
+        except ValueError:
+            row = next(number for number, cell in enumerate(cells) if not is_number(cell, decimal))
+            hint = '; for a decimal comma set `decimal` = ","' if is_number(cells[row], ",") else ""
             raise SourceError(
-                self.path, f"row {row + 1}, column {name!r}: {cells.iloc[row]!r} is not a number"
-            )
-        return numbers
+                self.path, f"row {row + 1}, column {name!r}: {cells[row]!r} is not a number{hint}"
+            ) from None
+
+
+REMEDY = "; `encoding`, `delimiter` and `decimal` of the map set the layout, and `--guess` detects it"
 
 
 def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read one file, or every `*.csv` of a folder in the order of their names."""
     source_map = typed(CsvMap, settings)
-    return read_files(source, ".csv", lambda path: CsvFile(path, source_map), source_map, say)
+    return read_files(source, ".csv", lambda path: CsvFile(path, source_map.dialect), source_map, say)
+
+
+def _rows(file: Iterator[str], dialect: Dialect) -> Iterator[list[str]]:
+    """Yield the rows from the header on, without blank lines."""
+    lines = itertools.islice(file, dialect.skip_rows, None)
+    if dialect.delimiter == " ":
+        return (line.split() for line in lines if line.strip())
+    reader = csv.reader(lines, delimiter=dialect.delimiter, skipinitialspace=True)
+    return (row for row in reader if row and (len(row) > 1 or row[0].strip()))
+
+
+def _number(cell: str, decimal: str) -> float:
+    """Return a cell as a number, NaN if it has no value."""
+    if cell.lower() in EMPTY:
+        return float("nan")
+    if decimal != ".":
+        cell = cell.replace(".", "_").replace(decimal, ".")
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell)
+
+
+def _describe(dialect: Dialect) -> str:
+    return f"encoding {dialect.encoding}, delimiter {dialect.delimiter!r}, decimal sign {dialect.decimal!r}"
