@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.atomic import write_text
-from trundle.diagnosis import PathLike, Progress, model_text, native_recording
+from trundle.diagnosis import PathLike, model_text, native_recording
+from trundle.progress import ProgressOption, report_progress
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -177,7 +178,7 @@ def design(
     speed: float | None = None,
     spin: float | None = None,
     distance: float | None = None,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
 ) -> Design:
     """Find the pushes that best discriminate two models.
 
@@ -199,8 +200,9 @@ def design(
     force, torque, duration, speed, spin, distance : float, optional
         Limits of a push (N, N·m, s) and of the motion of the object (m/s, rad/s, m). The defaults are those
         of the recording; without one they are 30, 8, 6, 0.6, 1, 1.2.
-    progress : callable, optional
-        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
+    progress : bool or callable, optional
+        True shows a progress bar; the default shows one in notebooks only. A function is called with the
+        stage of the work and the finished share of all work, 0 to 1, which never decreases.
 
     Returns
     -------
@@ -222,15 +224,16 @@ def design(
         "distance": distance,
     }
     texts = [model_text(model) or "" for model in (model_a, model_b)]
-    answer, first, second = _native._design(
-        *texts,
-        recording=None if recording is None else native_recording(recording),
-        body=None if object is None else _body_toml(Path(object)),
-        noise=noise,
-        limits={name: float(value) for name, value in limits.items() if value is not None},
-        count=pushes,
-        progress=progress,
-    )
+    with report_progress(progress, "design") as report:
+        answer, first, second = _native._design(
+            *texts,
+            recording=None if recording is None else native_recording(recording),
+            body=None if object is None else _body_toml(Path(object)),
+            noise=noise,
+            limits={name: float(value) for name, value in limits.items() if value is not None},
+            count=pushes,
+            progress=report,
+        )
     return _parse_design(answer, (first, second))
 
 

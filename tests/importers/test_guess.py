@@ -44,6 +44,11 @@ DECOYS = (
     *("battery", "vx", "vy", "omega", "cart_vel_x", "cmd_x", "target_yaw", "joint_1_pos", "temp_C", "seq"),
     *("roll_deg", "imu_ax", "status", "pose_covariance_x", "object_speed [m/s]"),
 )
+MIXED = (
+    *("x", "y", "yaw", "fx", "fy", "tz", "t", "Fx", "a_x", "a_y", "a_yaw", "b_x", "b_y", "b_theta", "hand_x"),
+    *("hand_y", "hand_yaw", "cart_x", "cart_y", "cart_yaw", "left_fx", "left_fy", "cmd_fx", "vx", "qw", "qx"),
+    *("qy", "qz", "time_ms", "stamp", "mx", "rx", "theta_dot", "x_ref"),
+)
 SPELLED = {"N m": ("Nm", "N*m"), "N mm": ("Nmm", "mNm"), "rad": ("rad", "radians"), "deg": ("deg", "degrees")}
 
 
@@ -134,10 +139,7 @@ def test_a_recording_comes_back_through_its_guessed_map(
 
 
 @settings(max_examples=80)
-@given(st.lists(st.sampled_from(("x", "y", "yaw", "fx", "fy", "tz", "t", "Fx", "a_x", "a_y", "a_yaw", "b_x", "b_y",
-    "b_theta", "hand_x", "hand_y", "hand_yaw", "cart_x", "cart_y", "cart_yaw", "left_fx", "left_fy", "cmd_fx", "vx",
-    "qw", "qx", "qy", "qz", "time_ms", "stamp", "mx", "rx", "theta_dot", "x_ref")), unique=True, min_size=2),
-    st.integers(0, 9))  # fmt: skip
+@given(st.lists(st.sampled_from(MIXED), unique=True, min_size=2), st.integers(0, 9))
 def test_a_guess_never_assigns_a_column_of_another_quantity(names: list[str], seed: int) -> None:
     """Whatever the columns are: velocities, commands and two candidates are never assigned."""
     values = np.random.default_rng(seed).uniform(-1, 1, (20, len(names)))

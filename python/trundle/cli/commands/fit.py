@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from trundle.cli.options import add_model, add_out, add_prior, add_quiet, add_recording, add_seed
-from trundle.cli.progress import Progress
+from trundle.cli.paths import Output
+from trundle.progress import Progress
 
 HELP = "Estimate a model's parameters from a recording's training episodes."
 EXAMPLE = "trundle fit recording/ --out model.toml"
@@ -20,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_model(parser)
     add_prior(parser)
     add_likelihood(parser)
-    add_out(parser, "output model.toml, with the fitted values and the posterior")
+    add_out(parser, "output model.toml, with the fitted values and the posterior", Output("--out", "file"))
     parser.add_argument(
         "--starts", metavar="N", type=int, default=6, help="number of random starts (default 6)"
     )

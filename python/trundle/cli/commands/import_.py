@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from trundle.cli.options import add_quiet
-from trundle.cli.progress import Progress
+from trundle.cli.paths import RECORDING, Input, Output, declare
 from trundle.cli.settings_pairs import add_set
 from trundle.importers import IMPORTERS
+from trundle.progress import Progress
 
 HELP = "Convert a ROS 2 bag, CSV or MATLAB files, or a published data set to a recording."
 EXAMPLE = """trundle import log.csv --guess --out recordings/run_3
@@ -20,6 +21,7 @@ EXAMPLE = """trundle import log.csv --guess --out recordings/run_3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the source, its layout, its map and the output folder."""
     parser.add_argument("source", metavar="SOURCE", type=Path, help="file or folder to import")
+    declare(parser, "source", Input("SOURCE", "any"))
     parser.add_argument(
         "--from",
         dest="layout",
@@ -44,6 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_set(parser, "with --guess or --init: a key of the map, such as recording.wrench.sign=on_object")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder of the new recording")
+    declare(parser, "map", Input("--map", "file", "a map file (docs/import.md)"))
+    declare(parser, "init", Output("--init", "file", content="a map"))
+    declare(parser, "out", RECORDING)
     parser.add_argument(
         "--table", choices=["csv", "parquet"], default="csv", help="format of the tables (default csv)"
     )
@@ -68,8 +73,6 @@ def select_layout(args: argparse.Namespace) -> str:
     guesses = args.guess or args.init is not None
     suffix = args.source.suffix.lower().removeprefix(".")
     layout = str(args.layout or ("csv" if guesses and args.source.is_dir() else suffix))
-    if not args.source.exists():
-        raise SourceError(args.source, "no such file or folder")
     if layout not in IMPORTERS:
         raise SourceError(
             args.source, f"unknown layout; give --from with one of {', '.join(sorted(IMPORTERS))}"

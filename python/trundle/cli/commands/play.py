@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trundle.cli.options import add_seed
+from trundle.cli.paths import RECORDING, Output, declare
 from trundle.cli.settings_pairs import add_set, parse_pairs
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     display = parser.add_mutually_exclusive_group()
     display.add_argument("--gif", metavar="FILE", type=Path, help="write an animation of all episodes")
+    declare(parser, "out", RECORDING)
+    declare(parser, "gif", Output("--gif", "file", (".gif",), content="an animation"))
     display.add_argument("--human", action="store_true", help="show a window (needs trundle[human])")
     add_seed(parser)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from trundle.cli.options import add_model, add_out, add_recording
+from trundle.cli.paths import Output
 
 HELP = "Simulate every episode of a recording in open loop, and write predicted and recorded poses."
 EXAMPLE = "trundle predict recording/ --model model.toml --out predictions.parquet"
@@ -14,7 +15,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the recording, the model and the output file."""
     add_recording(parser)
     add_model(parser, required=True)
-    add_out(parser, "output Parquet file", required=True)
+    output = Output("--out", "file", (".parquet",), content="a prediction")
+    add_out(parser, "output Parquet file", output, required=True)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -113,8 +113,8 @@ def _same_increments(table: Table, one: ColumnName, other: ColumnName) -> bool:
     """Return whether two columns are one clock in two units."""
     if one.unit is None or other.unit is None:
         return False
-    steps = [np.diff(table.values(name.text)) * UNITS["time"][str(name.unit)] for name in (one, other)]
-    return len(steps[0]) == len(steps[1]) and bool(np.allclose(*steps, rtol=1e-3, atol=1e-6))
+    first, second = (np.diff(table.values(c.text)) * UNITS["time"][str(c.unit)] for c in (one, other))
+    return len(first) == len(second) and bool(np.allclose(first, second, rtol=1e-3, atol=1e-6))
 
 
 def _clock(table: Table, key: str, name: ColumnName, given: object, basis: str) -> Found:

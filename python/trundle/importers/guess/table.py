@@ -37,7 +37,7 @@ class Table:
     @cached_property
     def names(self) -> list[ColumnName]:
         """Parsed names of the columns, in the order of the file."""
-        units = self.file.units or [None] * len(self.file.names)
+        units: list[str] | list[None] = self.file.units or [None] * len(self.file.names)
         return [parse_name(name, unit) for name, unit in zip(self.file.names, units, strict=True)]
 
     def fault(self, name: str) -> str:
@@ -76,7 +76,7 @@ def read_table(source: Path) -> Table:
             raise SourceError(
                 other,
                 f"its columns differ from those of {files[0].name} ({', '.join(different[:6])}); "
-                "all files of a folder are episodes with the same columns. Join files of different streams of "
+                "all files of a folder are episodes with the same columns. Join the files of the streams of "
                 "one episode into one table",
             )
     return Table(files, dialect, file)
