@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.atomic import write_text
-from trundle.diagnosis import PathLike, model_text, native_recording
+from trundle.diagnosis import Fit, PathLike, fit, model_text, native_recording
 from trundle.progress import ProgressOption, report_progress
 
 if sys.version_info >= (3, 11):
@@ -103,6 +103,9 @@ class Design:
         Summary in words.
     fitted : tuple of two Model
         The models with all values; fitted if there is a recording.
+    warnings : tuple of str
+        A sentence with the residuals if neither model explains the recording. The design assumes that one of
+        them is true.
     """
 
     models: tuple[str, str]
@@ -113,6 +116,7 @@ class Design:
     repeats: int | None
     sentence: str
     fitted: tuple[Model, Model]
+    warnings: tuple[str, ...]
     _answer: dict[str, Any]
 
     def to_json(self) -> str:
@@ -234,7 +238,54 @@ def design(
             count=pushes,
             progress=report,
         )
+    if recording is not None:
+        answer["warnings"] = _check_fits(recording, answer["models"], (first, second))
     return _parse_design(answer, (first, second))
+
+
+def _check_fits(
+    recording: Recording | PathLike, names: tuple[str, str], fitted: tuple[Model, Model]
+) -> list[str]:
+    """Return a warning if neither model explains the recording."""
+    found = []
+    for name, model in zip(names, fitted, strict=True):
+        lack = _refit(recording, model).summary["lack_of_fit"]
+        if lack is None or not lack["found"]:
+            return []
+        force, torque = lack["residual_force_rms"], lack["residual_torque_rms"]
+        found.append(f"with {name}, {force:.3g} N and {torque:.3g} N·m rms remain")
+    return [
+        f"neither model explains the recording ({'; '.join(found)}), but the design assumes that one of them "
+        "is true: run `trundle diagnose` on the recording first"
+    ]
+
+
+def _refit(recording: Recording | PathLike, fitted: Model) -> Fit:
+    """Fit a model from its values, which is one short search with a lack-of-fit test."""
+    free = _without_values(fitted)
+    values = {parameter["name"]: parameter["value"] for parameter in fitted.parameters}
+    start = {p["name"]: values[p["name"]] for p in free.parameters if p["value"] is None}
+    try:
+        return fit(recording, free, start=start, starts=0, progress=False)
+    except TrundleError:
+        # A recording that gives a value, such as the mass, leaves other parameters free.
+        return fit(recording, free, starts=2, progress=False)
+
+
+def _without_values(model: Model) -> Model:
+    """Return a model whose parameters are free, except those with a default in the catalogue."""
+    tables = tomllib.loads(model.to_toml())
+    named = {effect["kind"]: {p["name"] for p in effect["parameters"]} for effect in _native.effects()}
+    mass = {p["name"].removeprefix("body.") for p in model.parameters if p["name"].startswith("body.")}
+    kept = {
+        "format": tables["format"],
+        "body": {key: value for key, value in tables.get("body", {}).items() if key not in mass},
+        "effect": [
+            {key: value for key, value in effect.items() if key not in named[effect["kind"]]}
+            for effect in tables.get("effect", [])
+        ],
+    }
+    return Model.from_toml(tomli_w.dumps(kept))
 
 
 def _parse_design(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:
@@ -251,6 +302,7 @@ def _parse_design(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design
         repeats=answer["repeats"],
         sentence=answer["sentence"],
         fitted=fitted,
+        warnings=tuple(answer.get("warnings", ())),
         _answer=answer,
     )
 

@@ -14,7 +14,7 @@ from trundle._native import Model, Recording, TrundleError
 from trundle._types import Answer, FitSummary
 from trundle.atomic import atomic_file, atomic_folder
 from trundle.black_box import Parameters, Step, parse_parameters
-from trundle.input_checks import require_usable
+from trundle.input_checks import held_out_findings, require_usable, warnings_of
 from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs, render
 
@@ -307,6 +307,7 @@ def diagnose(
         values, and the exception is the cause.
     """
     warnings = require_usable(recording) if check else []
+    warnings += warnings_of(held_out_findings(recording))
     if step is not None:
         if model is not None or without:
             raise TrundleError("step: is the simulation under test; remove `model` and `without`")
@@ -364,8 +365,8 @@ def check_effect_names(names: Sequence[str]) -> list[str]:
     effects = sorted({effect["effect"] for effect in _native.effects()})
     for name in names:
         if name not in effects:
-            near = difflib.get_close_matches(name, effects, n=1)
-            hint = f"did you mean `{near[0]}`? " if near else ""
+            near = [e for e in effects if name in e] or difflib.get_close_matches(name, effects, n=1)
+            hint = f"did you mean {' or '.join(f'`{effect}`' for effect in near)}? " if near else ""
             raise _native.TrundleError(
                 f"without: unknown effect `{name}`; {hint}The catalogue has {', '.join(effects)}"
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,6 +86,8 @@ def run(args: argparse.Namespace) -> int:
             **{name: getattr(args, name) for name in LIMITS},
             progress=progress.share,
         )
+    for warning in found.warnings:
+        print(f"trundle: warning: {warning}", file=sys.stderr)
     print(found.to_json() if args.json else "\n".join(format_design(found)))
     if args.out is not None:
         found.write(args.out)

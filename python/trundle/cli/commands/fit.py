@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from trundle.cli.options import add_model, add_out, add_prior, add_quiet, add_recording, add_seed
@@ -75,6 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.profile is not None:
         return run_profile(args)
+    warn_about_held_out(args.recording)
     with Progress(f"fitting {', '.join(map(str, args.recording))}", quiet=args.quiet) as progress:
         fitted = trundle.fit(
             args.recording,
@@ -96,6 +99,15 @@ def run(args: argparse.Namespace) -> int:
         json.dumps(fitted.summary, indent=2, ensure_ascii=False) if args.json else format_fit(fitted.summary)
     )
     return 0
+
+
+def warn_about_held_out(recordings: Sequence[Path]) -> None:
+    """Print a warning for each recording without held-out episodes."""
+    from trundle.input_checks import describe, held_out_findings
+
+    for recording in recordings:
+        for finding in held_out_findings(recording):
+            print(f"trundle: warning: {recording}: {describe(finding)}", file=sys.stderr)
 
 
 def run_profile(args: argparse.Namespace) -> int:

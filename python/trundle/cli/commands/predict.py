@@ -23,5 +23,12 @@ def run(args: argparse.Namespace) -> int:
     """Write the predictions and print the path of the file."""
     import trundle
 
+    parameters = trundle.Model.read(args.model).parameters
+    free = [parameter["name"] for parameter in parameters if parameter["value"] is None]
+    if free:
+        raise ValueError(
+            f"--model = {args.model}: no value for {', '.join(free)}; fit them first: "
+            f"`trundle fit {args.recording} --model {args.model} --out fitted.toml`"
+        )
     print(trundle.predict(args.recording, args.model, args.out))
     return 0
