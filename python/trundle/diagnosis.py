@@ -14,7 +14,7 @@ from trundle._native import Model, Recording, TrundleError
 from trundle._types import Answer, FitSummary
 from trundle.atomic import atomic_file, atomic_folder
 from trundle.black_box import Parameters, Step, parse_parameters
-from trundle.input_checks import held_out_findings, require_usable, warnings_of
+from trundle.input_checks import require_usable
 from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs, render
 
@@ -307,7 +307,6 @@ def diagnose(
         values, and the exception is the cause.
     """
     warnings = require_usable(recording) if check else []
-    warnings += warnings_of(held_out_findings(recording))
     if step is not None:
         if model is not None or without:
             raise TrundleError("step: is the simulation under test; remove `model` and `without`")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import sys
 import warnings
@@ -114,14 +115,12 @@ def make_bar(label: str, total: int | None, stream: TextIO) -> Any:
     """Return a bar of tqdm: a widget in notebooks that have ipywidgets, otherwise text."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # tqdm recommends ipywidgets
-        from tqdm.auto import tqdm
-
-        class Bar(tqdm):  # type: ignore[type-arg, misc]
-            monitor_interval = 0  # no thread, which a fork would not copy
-
+        tqdm = importlib.import_module("tqdm.auto").tqdm
+        # Without its thread, which a fork would not copy.
+        bar = type("Bar", (tqdm,), {"monitor_interval": 0})
         text = "{desc} [{elapsed}]{postfix}" if total is None else STEP_FORMAT
         # Without smoothing, the remaining time is that at the mean speed so far.
-        return Bar(
+        return bar(
             desc=label,
             total=total,
             file=stream,

@@ -165,10 +165,13 @@ def test_a_recording_without_held_out_episodes_causes_a_warning(
 ) -> None:
     assert main(["check", "rec"]) == 0
     assert 'held_out = ["episode_01"]' in capsys.readouterr().out
+    assert main(["fit", "rec", "--starts", "1", "--quiet"]) == 0
+    assert "warning: rec: no episode is held out" in capsys.readouterr().err
 
 
 def test_ctrl_c_half_way_leaves_nothing(place: Path) -> None:
-    line = ["diagnose", "rec", "--no-check", "--out", "d"]
+    trundle.Recording(METADATA, {f"e{k}": pushed(4000) for k in range(9)}).write(place / "long")
+    line = ["diagnose", "long", "--no-check", "--out", "d"]
     with interruptible([*COMMAND, *line], place) as process:
         at_work(process, 1.5)
         process.send_signal(signal.SIGINT)

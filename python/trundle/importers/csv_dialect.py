@@ -77,7 +77,7 @@ def detect(path: Path) -> Dialect:
 def detect_encoding(path: Path) -> str:
     """Return the encoding of a file: UTF-8 or UTF-16 by its byte-order mark, UTF-8 if valid, else Latin-1."""
     with path.open("rb") as file:
-        head = file.read(4)
+        head = file.read(1024)
         if head.startswith(b"\xef\xbb\xbf"):
             return "utf-8"
         if head.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -115,7 +115,7 @@ def first_numeric_row(lines: list[str], delimiter: str, decimal: str) -> int | N
     # Commas as decimal signs would give rows of different length, or cells such as "1,5" with a dot decimal.
     width, count = widths.most_common(1)[0]
     rest = [row for row in rows[numeric[0] :] if any(cell.strip() for cell in row)]
-    if count < 0.9 * len(numeric) or sum(len(row) == width for row in rest) < 0.5 * len(rest):
+    if count < 0.5 * len(numeric) or sum(len(row) == width for row in rest) < 0.5 * len(rest):
         return None
     first = next(number for number in numeric if len(rows[number]) == width)
     above = [row for row in rows[:first] if any(cell.strip() for cell in row)]
