@@ -211,7 +211,7 @@ def test_two_bodies_are_ambiguous_until_one_column_is_given(tmp_path: Path) -> N
     assert asked["columns.object_x"] == ("a_x", "b_x")
     given_bodies = {"columns": {"object_x": "b_x", "gripper_x": "a_x"}, "recording": METADATA}
     guess = guess_map(file, given_bodies)
-    assert guess.is_complete
+    assert guess.is_complete and guess.source == file
     assert guess.settings["columns"]["object_theta"]["name"] == "b_theta"
     assert guess.settings["columns"]["gripper_y"]["name"] == "a_y"
 

@@ -59,7 +59,7 @@ def guess_from(source: Path, table: Table, given: Mapping[str, Any]) -> MapGuess
     faults = {name.text: table.fault(name.text) for name in table.names if name.quantity}
     usable = [name for name in table.names if not faults.get(name.text)]
     given_columns = {
-        column: source for column, value in known.get("columns", {}).items() if (source := source_name(value))
+        column: named for column, value in known.get("columns", {}).items() if (named := source_name(value))
     }
     bodies = find_bodies(usable, given_columns)
     assignments, questions = find_clocks(table, usable, known)
