@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -17,6 +16,7 @@ from trundle._optional import require
 from trundle._types import CalibrationRound, CalibrationTable
 from trundle.atomic import atomic_file, write_text
 from trundle.experiments.backends import Backend, Local
+from trundle.progress import ProgressOption, report_progress
 
 __all__ = ["Calibration", "calibrate"]
 
@@ -75,7 +75,7 @@ def calibrate(
     seed: int = 0,
     out: PathLike | None = None,
     backend: Backend | None = None,
-    progress: Callable[[str, float], object] | None = None,
+    progress: ProgressOption = None,
 ) -> Calibration:
     """Run a simulation-based calibration (Talts et al. 2018).
 
@@ -97,8 +97,9 @@ def calibrate(
         and seed is continued.
     backend : trundle.experiments.backends.Backend, optional
         Where rounds run; by default in this process, on all cores.
-    progress : callable, optional
-        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
+    progress : bool or callable, optional
+        True shows a progress bar; the default shows one in notebooks only. A function is called with the
+        stage of the work and the finished share of all work, 0 to 1, which never decreases.
 
     Returns
     -------
@@ -119,12 +120,13 @@ def calibrate(
         missing[first : first + ROUNDS_PER_BATCH] for first in range(0, len(missing), ROUNDS_PER_BATCH)
     ]
     calls = [(text, batch, method, seed) for batch in batches]
-    for number, found in (backend or Local()).map(run_rounds, calls):
-        rounds |= dict(zip(batches[number], found, strict=True))
-        if out is not None:
-            write_rounds(Path(out), [head, *(json.dumps(rounds[k]) for k in sorted(rounds))])
-        if progress is not None:
-            progress("calibrate", len(rounds) / max(replicates, len(rounds)))
+    with report_progress(progress, "calibrate") as report:
+        for number, found in (backend or Local()).map(run_rounds, calls):
+            rounds |= dict(zip(batches[number], found, strict=True))
+            if out is not None:
+                write_rounds(Path(out), [head, *(json.dumps(rounds[k]) for k in sorted(rounds))])
+            if report is not None:
+                report("calibrate", len(rounds) / max(replicates, len(rounds)))
     lines = [rounds[k] for k in range(replicates)]
     return Calibration(_native._calibration_table(text, lines, method=method), lines)
 

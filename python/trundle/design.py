@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.atomic import write_text
-from trundle.diagnosis import PathLike, Progress, native_recording, read_model
+from trundle.diagnosis import Fit, PathLike, fit, native_recording, read_model
+from trundle.progress import ProgressOption, report_progress
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -102,6 +103,9 @@ class Design:
         Summary in words.
     fitted : tuple of two Model
         The models with all values; fitted if there is a recording.
+    warnings : tuple of str
+        A sentence with the residuals if neither model explains the recording. The design assumes that one of
+        them is true.
     """
 
     models: tuple[str, str]
@@ -112,6 +116,7 @@ class Design:
     repeats: int | None
     sentence: str
     fitted: tuple[Model, Model]
+    warnings: tuple[str, ...]
     _answer: dict[str, Any]
 
     def to_json(self) -> str:
@@ -177,7 +182,7 @@ def design(
     speed: float | None = None,
     spin: float | None = None,
     distance: float | None = None,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
 ) -> Design:
     """Find the pushes that best discriminate two models.
 
@@ -199,8 +204,9 @@ def design(
     force, torque, duration, speed, spin, distance : float, optional
         Limits of a push (N, N·m, s) and of the motion of the object (m/s, rad/s, m). The defaults are those
         of the recording; without one they are 30, 8, 6, 0.6, 1, 1.2.
-    progress : callable, optional
-        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
+    progress : bool or callable, optional
+        True shows a progress bar; the default shows one in notebooks only. A function is called with the
+        stage of the work and the finished share of all work, 0 to 1, which never decreases.
 
     Returns
     -------
@@ -221,17 +227,65 @@ def design(
         "spin": spin,
         "distance": distance,
     }
-    answer, first, second = _native._design(
-        read_model(model_a),
-        read_model(model_b),
-        recording=None if recording is None else native_recording(recording),
-        body=None if object is None else _read_body(Path(object)),
-        noise=noise,
-        limits={name: float(value) for name, value in limits.items() if value is not None},
-        count=pushes,
-        progress=progress,
-    )
+    with report_progress(progress, "design") as report:
+        answer, first, second = _native._design(
+            read_model(model_a),
+            read_model(model_b),
+            recording=None if recording is None else native_recording(recording),
+            body=None if object is None else _read_body(Path(object)),
+            noise=noise,
+            limits={name: float(value) for name, value in limits.items() if value is not None},
+            count=pushes,
+            progress=report,
+        )
+    if recording is not None:
+        answer["warnings"] = _check_fits(recording, answer["models"], (first, second))
     return _parse_design(answer, (first, second))
+
+
+def _check_fits(
+    recording: Recording | PathLike, names: tuple[str, str], fitted: tuple[Model, Model]
+) -> list[str]:
+    """Return a warning if neither model explains the recording."""
+    found = []
+    for name, model in zip(names, fitted, strict=True):
+        lack = _refit(recording, model).summary["lack_of_fit"]
+        if lack is None or not lack["found"]:
+            return []
+        force, torque = lack["residual_force_rms"], lack["residual_torque_rms"]
+        found.append(f"with {name}, {force:.3g} N and {torque:.3g} N·m rms remain")
+    return [
+        f"neither model explains the recording ({'; '.join(found)}), but the design assumes that one of them "
+        "is true: run `trundle diagnose` on the recording first"
+    ]
+
+
+def _refit(recording: Recording | PathLike, fitted: Model) -> Fit:
+    """Fit a model from its values, which is one short search with a lack-of-fit test."""
+    free = _without_values(fitted)
+    values = {parameter["name"]: parameter["value"] for parameter in fitted.parameters}
+    start = {p["name"]: values[p["name"]] for p in free.parameters if p["value"] is None}
+    try:
+        return fit(recording, free, start=start, starts=0, progress=False)
+    except TrundleError:
+        # A recording that gives a value, such as the mass, leaves other parameters free.
+        return fit(recording, free, starts=2, progress=False)
+
+
+def _without_values(model: Model) -> Model:
+    """Return a model whose parameters are free, except those with a default in the catalogue."""
+    tables = tomllib.loads(model.to_toml())
+    named = {effect["kind"]: {p["name"] for p in effect["parameters"]} for effect in _native.effects()}
+    mass = {p["name"].removeprefix("body.") for p in model.parameters if p["name"].startswith("body.")}
+    kept = {
+        "format": tables["format"],
+        "body": {key: value for key, value in tables.get("body", {}).items() if key not in mass},
+        "effect": [
+            {key: value for key, value in effect.items() if key not in named[effect["kind"]]}
+            for effect in tables.get("effect", [])
+        ],
+    }
+    return Model.from_toml(tomli_w.dumps(kept))
 
 
 def _parse_design(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:
@@ -248,6 +302,7 @@ def _parse_design(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design
         repeats=answer["repeats"],
         sentence=answer["sentence"],
         fitted=fitted,
+        warnings=tuple(answer.get("warnings", ())),
         _answer=answer,
     )
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -14,6 +15,7 @@ from trundle._types import Answer, FitSummary
 from trundle.atomic import atomic_file, atomic_folder
 from trundle.black_box import Parameters, Step, parse_parameters
 from trundle.input_checks import require_usable
+from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs, render
 
 if TYPE_CHECKING:
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
 __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
-Progress: TypeAlias = Callable[[str, float], object]
 Likelihood: TypeAlias = Literal["filter", "steps", "final", "windows", "wrench"]
 
 
@@ -155,7 +156,7 @@ def fit(
     starts: int = 6,
     seed: int = 0,
     optimiser: Literal["lm", "lbfgs"] = "lm",
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
 ) -> Fit:
     """Fit the free parameters of a model to the training episodes of one or several recordings of an object.
 
@@ -199,8 +200,9 @@ def fit(
         Random seed. The same input and seed give the same bytes.
     optimiser : {"lm", "lbfgs"}
         Levenberg–Marquardt, or L-BFGS as in the paper, which is slower and finds the same optimum.
-    progress : callable, optional
-        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
+    progress : bool or callable, optional
+        True shows a progress bar; the default shows one in notebooks only. A function is called with the
+        stage of the work and the finished share of all work, 0 to 1, which never decreases.
 
     Returns
     -------
@@ -215,24 +217,20 @@ def fit(
     if starts < (1 if start is None else 0):
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
-    summary, fitted = _native._fit(
-        native_recordings(recording),
-        native_model(model),
-        choice={
-            "likelihood": likelihood,
-            "window": window,
-            "loss": loss,
-            "obstacles": obstacles,
-            "step": step,
-        },
-        per_episode=list(per_episode),
-        prior=prior_file,
-        start=start,
-        starts=starts,
-        seed=seed,
-        optimiser=optimiser,
-        progress=progress,
-    )
+    choice = {"likelihood": likelihood, "window": window, "loss": loss, "obstacles": obstacles, "step": step}
+    with report_progress(progress, "fit") as report:
+        summary, fitted = _native._fit(
+            native_recordings(recording),
+            native_model(model),
+            choice=choice,
+            per_episode=list(per_episode),
+            prior=prior_file,
+            start=start,
+            starts=starts,
+            seed=seed,
+            optimiser=optimiser,
+            progress=report,
+        )
     return Fit(fitted, summary)
 
 
@@ -275,7 +273,7 @@ def diagnose(
     without: Sequence[str] = (),
     wrench_pose: Literal["own_time", "latest"] = "own_time",
     check: bool = True,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
     command: str | None = None,
 ) -> Diagnosis:
     """Locate where a simulation differs from a recording, and name the missing effects.
@@ -305,8 +303,9 @@ def diagnose(
     check : bool
         Refuse a recording whose units, sign, axes or clocks are certainly wrong (see `trundle.check`). Use
         False for objects whose size or speed is so unusual that the check mistakes the units.
-    progress : callable, optional
-        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
+    progress : bool or callable, optional
+        True shows a progress bar; the default shows one in notebooks only. A function is called with the
+        stage of the work and the finished share of all work, 0 to 1, which never decreases.
     command : str, optional
         Command that the report shows for reproduction.
 
@@ -327,21 +326,28 @@ def diagnose(
         if model is not None or without:
             raise TrundleError("step: is the simulation under test; remove `model` and `without`")
         described_parameters, given = parse_parameters(parameters)
-        outcome = _native._diagnose_foreign(
-            native_recording(recording), step, described_parameters, given=given, seed=seed, progress=progress
-        )
+        with report_progress(progress, "diagnose") as report:
+            outcome = _native._diagnose_foreign(
+                native_recording(recording),
+                step,
+                described_parameters,
+                given=given,
+                seed=seed,
+                progress=report,
+            )
         command = command or f"trundle.diagnose(..., step=..., seed={seed})"
         return build_diagnosis(recording, outcome, seed, command, model, warnings)
     if parameters is not None:
         raise TrundleError("parameters: need `step`; the parameters of a model are in its file")
-    outcome = _native._diagnose(
-        native_recording(recording),
-        native_model(model),
-        seed=seed,
-        without=check_effect_names(without),
-        wrench_pose=wrench_pose,
-        progress=progress,
-    )
+    with report_progress(progress, "diagnose") as report:
+        outcome = _native._diagnose(
+            native_recording(recording),
+            native_model(model),
+            seed=seed,
+            without=check_effect_names(without),
+            wrench_pose=wrench_pose,
+            progress=report,
+        )
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
     command = command or f"trundle diagnose {named} --seed {seed}"
     return build_diagnosis(recording, outcome, seed, command, model, warnings)
@@ -373,8 +379,10 @@ def check_effect_names(names: Sequence[str]) -> list[str]:
     effects = sorted({effect["effect"] for effect in _native.effects()})
     for name in names:
         if name not in effects:
+            near = [e for e in effects if name in e] or difflib.get_close_matches(name, effects, n=1)
+            hint = f"did you mean {' or '.join(f'`{effect}`' for effect in near)}? " if near else ""
             raise _native.TrundleError(
-                f"without: unknown effect `{name}`; the catalogue has {', '.join(effects)}"
+                f"without: unknown effect `{name}`; {hint}The catalogue has {', '.join(effects)}"
             )
     return list(names)
 

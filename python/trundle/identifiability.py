@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import PathLike, Progress, native_model, native_recording
+from trundle.diagnosis import PathLike, native_model, native_recording
+from trundle.progress import ProgressOption, report_progress
 
 __all__ = ["CHI2_1_QUANTILE_90", "Profile", "format_identifiability", "profile"]
 
@@ -89,7 +90,7 @@ def profile(
     grid: Sequence[float] | None = None,
     starts: int = 6,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
 ) -> Profile:
     """Compute the profile likelihood of one parameter: fix it at several values and refit the others.
 
@@ -117,16 +118,17 @@ def profile(
     if grid is not None and not np.isfinite(np.asarray(grid, dtype=float)).all():
         raise TrundleError("grid: every value must be a finite number")
     prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
-    answer = _native._profile(
-        native_recording(recording),
-        parameter,
-        native_model(model),
-        prior=prior_file,
-        grid=None if grid is None else [float(value) for value in grid],
-        starts=starts,
-        seed=seed,
-        progress=progress,
-    )
+    with report_progress(progress, "profile") as report:
+        answer = _native._profile(
+            native_recording(recording),
+            parameter,
+            native_model(model),
+            prior=prior_file,
+            grid=None if grid is None else [float(value) for value in grid],
+            starts=starts,
+            seed=seed,
+            progress=report,
+        )
     low, high = answer["interval"]
     return Profile(
         name=answer["name"],

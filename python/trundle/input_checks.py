@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 from trundle import _native
 from trundle._native import Recording, TrundleError
 
-__all__ = ["require_usable", "warnings_of"]
+__all__ = ["describe", "held_out_findings", "require_usable", "warnings_of"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
@@ -38,6 +38,21 @@ def require_usable(recording: Recording | PathLike) -> list[str]:
         name = recording.name if isinstance(recording, Recording) else os.fspath(recording)
         raise TrundleError(f"{name}: " + "; ".join(wrong))
     return warnings_of(findings)
+
+
+def held_out_findings(recording: Recording | PathLike) -> list[dict[str, Any]]:
+    """Return a finding if no episode is held out, in the form of `trundle.check`."""
+    data = recording if isinstance(recording, Recording) else _native.read(recording)
+    if data.metadata.get("split", {}).get("held_out"):
+        return []
+    names = list(data.episodes)
+    remedy = f'add [split] held_out = ["{names[-1]}"] to recording.toml'
+    if len(names) == 1:
+        remedy = f"record more pushes, and {remedy.replace(names[-1], 'NAME')}"
+    sentence = "no episode is held out, so the error of a model on new pushes is not measured"
+    return [
+        {"kind": "held_out", "severity": "warning", "episode": None, "sentence": sentence, "remedy": remedy}
+    ]
 
 
 def warnings_of(findings: list[dict[str, Any]]) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +17,7 @@ from trundle._native import Model, Recording, TrundleError
 from trundle._optional import require
 from trundle.atomic import atomic_file
 from trundle.diagnosis import native_model, native_recording
+from trundle.progress import ProgressOption, report_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 __all__ = ["Posterior", "sample"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
-Progress: TypeAlias = Callable[[str, float], object]
 Array: TypeAlias = NDArray[np.float64]
 Method: TypeAlias = Literal["nuts", "laplace", "metropolis"]
 
@@ -170,7 +169,7 @@ def sample(
     starts: int = 6,
     seed: int = 0,
     prior: PathLike | None = None,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
 ) -> Posterior:
     """Sample the posterior of a model's free parameters given the training episodes of a recording.
 
@@ -192,8 +191,9 @@ def sample(
         Random seed. The same input and seed give the same bytes, on any number of cores.
     prior : path, optional
         A prior file, as for `trundle.fit`.
-    progress : callable, optional
-        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
+    progress : bool or callable, optional
+        True shows a progress bar; the default shows one in notebooks only. A function is called with the
+        stage of the work and the finished share of all work, 0 to 1, which never decreases.
 
     Returns
     -------
@@ -213,18 +213,19 @@ def sample(
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     import_arviz()  # before the sampler runs for minutes
     prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
-    native = _native._sample(
-        native_recording(recording),
-        native_model(model),
-        prior=prior_file,
-        method=method,
-        chains=chains,
-        draws=draws,
-        warmup=warmup,
-        starts=starts,
-        seed=seed,
-        progress=progress,
-    )
+    with report_progress(progress, "sample") as report:
+        native = _native._sample(
+            native_recording(recording),
+            native_model(model),
+            prior=prior_file,
+            method=method,
+            chains=chains,
+            draws=draws,
+            warmup=warmup,
+            starts=starts,
+            seed=seed,
+            progress=report,
+        )
     summary: dict[str, Any] = {**native.summary, "method": method, "seed": seed}
     array = native.draws()
     named = {p["name"]: array[:, :, k] for k, p in enumerate(summary["parameters"])}

@@ -173,7 +173,10 @@ def test_an_invalid_cell_is_named(imported: Import, tmp_path: Path, row: str, me
             {"columns": {"object_x": {"name": "object_x", "unit": "deg"}}},
             "unknown unit; use one of 'm', 'cm', 'mm', 'um'",
         ),
-        ({"columns": {"object_x": {"unit": "mm"}}}, "`columns.object_x`: give either `name` or `product`"),
+        (
+            {"columns": {"object_x": {"unit": "mm"}}},
+            "`columns.object_x`: give one of `name`, `product` and `sum`",
+        ),
         (
             {"columns": {"object_x": {"name": "t", "units": "mm"}}},
             "`columns.object_x.units`; did you mean",

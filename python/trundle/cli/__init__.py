@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import shlex
 import sys
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import NoReturn
 
 from trundle import __version__
 from trundle.cli.commands import Command, discover
 from trundle.cli.exits import USAGE, run_guarded
+from trundle.cli.paths import check_paths
 
 __all__ = ["main"]
 
@@ -49,7 +52,11 @@ def _run(arguments: list[str]) -> int:
     if message:
         print(message, file=sys.stderr)
         return USAGE
-    options = build_parser(commands).parse_args(arguments)
+    parser = build_parser(commands)
+    options, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        options.parser.error(unknown_argument_message(unknown[0], options.parser))
+    check_paths(options)
     return commands[options.verb].run(options)
 
 
@@ -76,6 +83,7 @@ def build_parser(commands: Mapping[str, Command]) -> Parser:
             allow_abbrev=False,
         )
         command.add_arguments(subparser)
+        subparser.set_defaults(parser=subparser)
     return parser
 
 
@@ -83,6 +91,23 @@ def unknown_verb_message(arguments: Sequence[str], commands: Mapping[str, Comman
     """Return an error message with similar verbs if the first argument is an unknown verb; else None."""
     if not arguments or arguments[0].startswith("-") or arguments[0] in commands:
         return None
+    later = next((argument for argument in arguments[1:] if argument in commands), None)
+    if later is not None:
+        rest = [argument for argument in arguments if argument != later]
+        line = shlex.join(["trundle", later, *rest])
+        return f"trundle: {arguments[0]!r} is not a verb; the verb comes first: `{line}`"
     near = difflib.get_close_matches(arguments[0], commands, n=2)
     hint = f"; did you mean {' or '.join(repr(name) for name in near)}?" if near else ";"
+    if not near and Path(arguments[0]).exists():
+        hint = " (a verb comes before a path);"
     return f"trundle: unknown verb {arguments[0]!r}{hint} `trundle --help` lists all verbs"
+
+
+def unknown_argument_message(argument: str, parser: argparse.ArgumentParser) -> str:
+    """Return an error message about an argument that a verb does not have, with a similar option."""
+    if not argument.startswith("-"):
+        return f"unexpected argument {argument!r}; quote names that contain spaces"
+    name = argument.partition("=")[0]
+    options = [option for action in parser._actions for option in action.option_strings]
+    near = difflib.get_close_matches(name, options, n=1)
+    return f"unknown option {name!r}{f'; did you mean {near[0]!r}?' if near else ''}"

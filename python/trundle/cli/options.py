@@ -7,12 +7,15 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from trundle.cli.paths import Input, Output, declare
+
 if TYPE_CHECKING:
     from trundle.experiments.backends import Backend
     from trundle.experiments.execution import Execution
 
 __all__ = [
     "add_backend",
+    "add_config",
     "add_execution",
     "add_model",
     "add_out",
@@ -25,6 +28,12 @@ __all__ = [
 ]
 
 
+def add_config(parser: argparse.ArgumentParser, help: str, metavar: str = "CONFIG") -> None:
+    """Add a settings file as the first argument: `args.config`, or the metavar in lower case."""
+    parser.add_argument(metavar.lower(), metavar=metavar, type=Path, help=help)
+    declare(parser, metavar.lower(), Input(metavar, "file", "a settings file (.toml)"))
+
+
 def add_recording(parser: argparse.ArgumentParser, *, several: bool = False) -> None:
     """Add the input recording: `args.recording`, a path, or a list of paths if `several`."""
     text = "recording: a folder with recording.toml"
@@ -32,6 +41,7 @@ def add_recording(parser: argparse.ArgumentParser, *, several: bool = False) -> 
         parser.add_argument("recording", metavar="RECORDING", type=Path, nargs="+", help=text)
     else:
         parser.add_argument("recording", metavar="RECORDING", type=Path, help=text)
+    declare(parser, "recording", Input("RECORDING", "recording"))
 
 
 def add_model(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
@@ -43,6 +53,7 @@ def add_model(parser: argparse.ArgumentParser, *, required: bool = False) -> Non
         required=required,
         help="model.toml" if required else "model.toml (default: the paper's model)",
     )
+    declare(parser, "model", Input("--model", "file", "a model file (model.toml)"))
 
 
 def add_prior(parser: argparse.ArgumentParser) -> None:
@@ -54,11 +65,13 @@ def add_prior(parser: argparse.ArgumentParser) -> None:
         help="TOML file of priors by parameter, as in configs/priors/ (default: those that `trundle effects` "
         "lists)",
     )
+    declare(parser, "prior", Input("--prior", "file", "a prior file, as in configs/priors/"))
 
 
-def add_out(parser: argparse.ArgumentParser, help: str, *, required: bool = False) -> None:
-    """Add `--out PATH`: `args.out`, a path or None."""
+def add_out(parser: argparse.ArgumentParser, help: str, output: Output, *, required: bool = False) -> None:
+    """Add `--out PATH`: `args.out`, a path or None, which is checked before the work."""
     parser.add_argument("--out", metavar="PATH", type=Path, required=required, help=help)
+    declare(parser, "out", output)
 
 
 def add_seed(parser: argparse.ArgumentParser) -> None:
@@ -99,8 +112,19 @@ def select_backend(args: argparse.Namespace) -> Backend:
     return backend(args.backend, args.jobs, args.address)
 
 
-def add_execution(parser: argparse.ArgumentParser, units: str, out: str) -> None:
-    """Add the options that `select_execution` reads: the backend, the folders, and what is kept."""
+def add_execution(parser: argparse.ArgumentParser, units: str, out: str, default: str) -> None:
+    """Add the options that `select_execution` reads: the backend, the folders, and what is kept.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+    units : str
+        The units of work, in words.
+    out : str
+        The output, in words.
+    default : str
+        Default of `--out`.
+    """
     add_backend(parser)
     parser.add_argument(
         "--work",
@@ -109,7 +133,8 @@ def add_execution(parser: argparse.ArgumentParser, units: str, out: str) -> None
         help=f"folder of finished {units}, from which an interrupted run continues (default: in the system's "
         "temporary directory)",
     )
-    parser.add_argument("--out", metavar="DIR", type=Path, help=f"folder for {out} (default docs)")
+    parser.add_argument("--out", metavar="DIR", type=Path, help=f"folder for {out} (default {default})")
+    declare(parser, "out", Output("--out", "folder", content=out))
     parser.add_argument("--fresh", action="store_true", help=f"discard finished {units}")
     parser.add_argument(
         "--redraw",

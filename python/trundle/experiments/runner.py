@@ -19,9 +19,9 @@ from typing import Any, TextIO
 
 from trundle._native import TrundleError
 from trundle.atomic import read_json, write_text
-from trundle.cli.progress import Progress, format_duration
 from trundle.experiments.backends import Backend, Local
 from trundle.experiments.results import rounded
+from trundle.progress import Progress, format_duration
 
 __all__ = ["Runner", "Unit"]
 

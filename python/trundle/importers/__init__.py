@@ -6,13 +6,27 @@ Each layout has one module. `IMPORTERS` lists them by the value of `trundle impo
 from __future__ import annotations
 
 import importlib
+from collections import defaultdict
+from collections.abc import Mapping
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from trundle.importers.config import MapError, load
+from trundle.importers.guess import MapGuess, guess_map, map_text, write_map
 from trundle.importers.layout import Imported, Importer, ShowProgress, SourceError
 
-__all__ = ["IMPORTERS", "Imported", "MapError", "SourceError", "importer", "read"]
+__all__ = [
+    "IMPORTERS",
+    "Imported",
+    "MapError",
+    "MapGuess",
+    "SourceError",
+    "guess_map",
+    "importer",
+    "map_text",
+    "read",
+    "write_map",
+]
 
 IMPORTERS = {
     "cmu-planar-push": "cmu",
@@ -24,6 +38,8 @@ IMPORTERS = {
     "rosbag2": "rosbag",
 }
 """Module of this package by layout."""
+GUESS_HINT = defaultdict(str, csv="; --guess proposes one, and --init MAP writes it")
+"""Addition to the message about a missing map, by layout."""
 
 
 def importer(layout: str) -> Importer:
@@ -34,7 +50,10 @@ def importer(layout: str) -> Importer:
 
 
 def read(
-    source: Path, layout: str, map_file: Path | None = None, say: ShowProgress = lambda _: None
+    source: Path,
+    layout: str,
+    map_file: Path | Mapping[str, Any] | None = None,
+    say: ShowProgress = lambda _: None,
 ) -> Imported:
     """Read a source.
 
@@ -44,9 +63,9 @@ def read(
         File or folder.
     layout : str
         A key of `IMPORTERS`.
-    map_file : Path, optional
-        TOML file that assigns topics, columns or variables to the columns of a recording. Some layouts do
-        not need one.
+    map_file : Path or mapping, optional
+        TOML file, or its content, that assigns topics, columns or variables to the columns of a recording,
+        such as `guess_map(source).settings`. Some layouts do not need one.
     say : callable
         Shows progress.
 
@@ -64,12 +83,14 @@ def read(
     if map_file is None and module.NEEDS_MAP:
         raise SourceError(
             source,
-            f"--from {layout} needs --map: a TOML file that assigns the columns (docs/import.md)",
+            f"--from {layout} needs --map: a TOML file that assigns the columns (docs/import.md)"
+            f"{GUESS_HINT[layout]}",
         )
     if not source.exists():
         raise SourceError(source, "no such file or folder")
-    settings = {} if map_file is None else load(map_file)
+    settings = load(map_file) if isinstance(map_file, Path) else map_file or {}
     try:
         return module.read(source, settings, say)
     except MapError as error:
-        raise MapError(f"{map_file}: {error}") from error
+        named = map_file if isinstance(map_file, Path) else "map"
+        raise MapError(f"{named}: {error}") from error

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trundle.importers.config import MapError, typed
+from trundle.importers.config import typed
+from trundle.importers.csv_dialect import EMPTY, Dialect, is_number
 from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
 from trundle.importers.tables import TableMap, read_files
 
 __all__ = ["NEEDS_MAP", "CsvFile", "CsvMap", "read"]
 
 NEEDS_MAP = True
-
-EMPTY_CELLS = ("", "nan", "null")
-"""Cells without a sample, in any case."""
 
 
 @dataclass(frozen=True)
@@ -29,65 +27,80 @@ class CsvMap(TableMap):
 
     Attributes
     ----------
+    encoding : str
+        Codec of the text.
     delimiter : str
-        Separator of cells.
+        Separator of cells; a space stands for any number of spaces.
+    decimal : str
+        Decimal sign, "." or ",".
     header : bool
         Whether the first row contains the column names; else columns are named "1", "2", …
     skip_rows : int
         Number of lines to skip at the beginning.
+    unit_row : bool
+        Whether the row below the header contains units, and is skipped.
     """
 
+    encoding: str = "utf-8"
     delimiter: str = ","
+    decimal: str = "."
     header: bool = True
     skip_rows: int = 0
+    unit_row: bool = False
+
+    @property
+    def dialect(self) -> Dialect:
+        """The layout of the files."""
+        return Dialect(
+            self.encoding, self.delimiter, self.decimal, self.header, self.skip_rows, self.unit_row
+        )
 
 
 class CsvFile:
     """Numeric columns of a CSV file by name, or by number from 1 without a header.
 
-    Parameters
+    Attributes
     ----------
     path : Path
-        File in UTF-8. Empty lines are skipped, and absent cells at the end of a row are empty.
-    source_map : CsvMap
-        Layout of the file.
-
-    Raises
-    ------
-    SourceError
-        If the file is not a table with this layout.
+        The file.
+    names : list of str
+        Columns in the order of the file.
+    units : list of str or None
+        Cells of the row of units by column, or None without such a row.
+    rows : list of list of str
+        Cells.
     """
 
-    def __init__(self, path: Path, source_map: CsvMap) -> None:
-        self.path = path
-        rows = self._read_rows(source_map)
-        if not rows:
-            raise SourceError(path, "no rows")
-        width = len(rows[0])
-        names = [name.strip() for name in rows.pop(0)] if source_map.header else range(1, width + 1)
-        self._cells: dict[str, list[str]] = {str(name): [] for name in names}
-        if len(self._cells) < width:
-            raise SourceError(
-                path, f"two columns have the same name; the columns are {', '.join(map(repr, names))}"
-            )
-        for number, row in enumerate(rows, start=1):
-            if any(cell.strip() for cell in row[width:]):
-                raise SourceError(path, f"row {number} has {len(row)} cells, but there are {width} columns")
-            filled = [*row[:width], *[""] * (width - len(row))]
-            for cells, cell in zip(self._cells.values(), filled, strict=True):
-                cells.append(cell.strip())
-
-    def _read_rows(self, source_map: CsvMap) -> list[list[str]]:
-        """Return the cells of all lines that are not empty."""
-        delimiter = source_map.delimiter
-        if len(delimiter) != 1:
-            raise MapError(f"`delimiter` = {delimiter!r}: must be one character, such as ',', ';' or '\\t'")
+    def __init__(self, path: Path, dialect: Dialect, limit: int | None = None) -> None:
+        self.path, self._dialect = path, dialect
         try:
-            with self.path.open(encoding="utf-8-sig", newline="") as file:
-                lines = islice(file, source_map.skip_rows, None)
-                return [row for row in csv.reader(lines, delimiter=delimiter, skipinitialspace=True) if row]
-        except (csv.Error, UnicodeDecodeError) as error:
-            raise SourceError(self.path, f"not a table with the delimiter {delimiter!r} ({error})") from error
+            # This codec also reads UTF-8 without a byte-order mark.
+            encoding = "utf-8-sig" if dialect.encoding == "utf-8" else dialect.encoding
+            with path.open(encoding=encoding, newline="") as file:
+                self.rows = list(itertools.islice(_rows(file, dialect), limit))
+        except (csv.Error, UnicodeError, LookupError) as error:
+            raise SourceError(path, f"cannot be read with {_describe(dialect)}: {error}{REMEDY}") from error
+        if not self.rows:
+            raise SourceError(path, "is empty; it must have a header and one row for each sample")
+        first = [cell.strip() for cell in self.rows[0]]
+        self.names = first if dialect.header else [str(i + 1) for i in range(len(first))]
+        self.units = (
+            [cell.strip() for cell in self.rows[1]] if dialect.unit_row and len(self.rows) > 1 else None
+        )
+        self.rows = self.rows[dialect.header + dialect.unit_row :]
+        self._check_widths()
+
+    def _check_widths(self) -> None:
+        for number, row in enumerate(self.rows, 1):
+            # A delimiter at the end of every row is common and adds an empty cell.
+            if len(row) == len(self.names) + 1 and not row[-1].strip():
+                row.pop()
+            if len(row) != len(self.names):
+                raise SourceError(
+                    self.path,
+                    f"row {number} has {len(row)} cells and the header {len(self.names)} (with "
+                    f"{_describe(self._dialect)}); correct or delete the row{REMEDY}",
+                )
 
     def vector(self, name: str, index: int | None = None) -> Floats:
         """Return a column, NaN where a cell is empty."""
@@ -95,29 +108,53 @@ class CsvFile:
             raise SourceError(
                 self.path, f"`index` = {index} with {name!r}: applies only to MATLAB matrices; remove it"
             )
-        if name not in self._cells:
+        if name not in self.names:
+            wrong = f" (with {_describe(self._dialect)}{REMEDY})" if len(self.names) == 1 else ""
             raise SourceError(
-                self.path, f"no column {name!r}; the columns are {', '.join(map(repr, self._cells))}"
+                self.path, f"no column {name!r}; the columns are {', '.join(map(repr, self.names))}{wrong}"
             )
-        numbers = np.empty(len(self._cells[name]))
-        for row, cell in enumerate(self._cells[name]):
-            try:
-                numbers[row] = np.nan if cell.lower() in EMPTY_CELLS else parse_number(cell)
-            except ValueError as error:
-                raise SourceError(
-                    self.path, f"row {row + 1}, column {name!r}: {cell!r} is not a number"
-                ) from error
-        return numbers
+        if self.names.count(name) > 1:
+            raise SourceError(self.path, f"has two columns {name!r}; rename one of them in the header")
+        place, decimal = self.names.index(name), self._dialect.decimal
+        cells = [row[place].strip() for row in self.rows]
+        try:
+            return np.array([_number(cell, decimal) for cell in cells])
+        except ValueError:
+            row = next(number for number, cell in enumerate(cells) if not is_number(cell, decimal))
+            hint = '; for a decimal comma set `decimal` = ","' if is_number(cells[row], ",") else ""
+            raise SourceError(
+                self.path, f"row {row + 1}, column {name!r}: {cells[row]!r} is not a number{hint}"
+            ) from None
 
 
-def parse_number(cell: str) -> float:
-    """Return the number in a cell; raise `ValueError` for other text."""
-    if "_" in cell:  # Python's separator of thousands, which no logger writes
-        raise ValueError(cell)
-    return float(cell)
+REMEDY = "; `encoding`, `delimiter` and `decimal` of the map set the layout, and `--guess` detects it"
 
 
 def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read one file, or every `*.csv` of a folder in the order of their names."""
     source_map = typed(CsvMap, settings)
-    return read_files(source, ".csv", lambda path: CsvFile(path, source_map), source_map, say)
+    return read_files(source, ".csv", lambda path: CsvFile(path, source_map.dialect), source_map, say)
+
+
+def _rows(file: Iterator[str], dialect: Dialect) -> Iterator[list[str]]:
+    """Yield the rows from the header on, without blank lines."""
+    lines = itertools.islice(file, dialect.skip_rows, None)
+    if dialect.delimiter == " ":
+        return (line.split() for line in lines if line.strip())
+    reader = csv.reader(lines, delimiter=dialect.delimiter, skipinitialspace=True)
+    return (row for row in reader if row and (len(row) > 1 or row[0].strip()))
+
+
+def _number(cell: str, decimal: str) -> float:
+    """Return a cell as a number, NaN if it has no value."""
+    if cell.lower() in EMPTY:
+        return float("nan")
+    if decimal != ".":
+        cell = cell.replace(".", "_").replace(decimal, ".")
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell)
+
+
+def _describe(dialect: Dialect) -> str:
+    return f"encoding {dialect.encoding}, delimiter {dialect.delimiter!r}, decimal sign {dialect.decimal!r}"

@@ -10,6 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle._native import Recording, TrundleError
+
 __all__ = ["Columns", "Floats", "Imported", "Importer", "ShowProgress", "SourceError"]
 
 Floats = NDArray[np.float64]
@@ -43,6 +45,23 @@ class Imported:
     metadata: dict[str, Any]
     episodes: dict[str, Columns]
     remarks: list[str] = field(default_factory=list)
+
+    def recording(self) -> Recording:
+        """Return the validated recording.
+
+        Raises
+        ------
+        TrundleError
+            If a table is not valid, or required metadata are missing; the message lists all missing keys.
+        """
+        from trundle.importers.guess.metadata import missing_metadata
+
+        columns = {column for table in self.episodes.values() for column in table}
+        missing = missing_metadata(self.metadata, columns)
+        if missing:
+            lines = "".join(f"\n  {question.key}: {question.text}{question.hint}" for question in missing)
+            raise TrundleError(f"missing in the map:{lines}")
+        return Recording(self.metadata, self.episodes)
 
 
 class Importer(Protocol):

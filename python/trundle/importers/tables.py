@@ -23,18 +23,11 @@ from trundle.importers.takes import (
     clean_stream,
     to_recording_frames,
 )
+from trundle.importers.units import UNITS
 
 __all__ = ["Quantity", "TableMap", "Vectors", "read_files", "take"]
 
 Role = Literal["object", "gripper", "wrench"]
-UNITS: dict[str, dict[str, float]] = {
-    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
-    "angle": {"rad": 1.0, "deg": np.pi / 180.0},
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
-    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
-    "torque": {"N m": 1.0, "N mm": 1e-3},
-    "ratio": {"1": 1.0},
-}
 POSE = {"x": "length", "y": "length", "z": "length", "theta": "angle"} | dict.fromkeys(
     ("qw", "qx", "qy", "qz"), "ratio"
 )
@@ -68,6 +61,8 @@ class Quantity:
         Column or variable of the file.
     product : list of str
         Several names, instead of `name`, that are multiplied. A scalar multiplies all samples.
+    sum : list of str or Quantity
+        Several quantities, instead of `name`, that are added, such as seconds and nanoseconds.
     index : int
         Column of a matrix variable, from 1.
     unit : str
@@ -78,6 +73,7 @@ class Quantity:
 
     name: str | None = None
     product: list[str] | None = None
+    sum: list[str | Quantity] | None = None
     index: int | None = None
     unit: str | None = None
     scale: float = 1.0
@@ -192,12 +188,15 @@ def _stream(file: Vectors, source_map: TableMap, role: Role, names: list[str]) -
 
 def _vector(file: Vectors, what: str | Quantity, dimension: str, where: str) -> Floats:
     quantity = Quantity(name=what) if isinstance(what, str) else what
-    if (quantity.name is None) == (quantity.product is None):
-        raise MapError(f"`{where}`: give either `name` or `product`")
+    if [quantity.name, quantity.product, quantity.sum].count(None) != 2:
+        raise MapError(f"`{where}`: give one of `name`, `product` and `sum`")
     units = UNITS[dimension]
     unit = next(iter(units)) if quantity.unit is None else quantity.unit
     if unit not in units:
         raise MapError(f"`{where}.unit` = {unit!r}: unknown unit; use one of {', '.join(map(repr, units))}")
+    if quantity.sum is not None:
+        terms = [_vector(file, term, dimension, f"{where}.sum") for term in quantity.sum]
+        return np.asarray(np.sum(terms, axis=0) * units[unit] * quantity.scale)
     names = quantity.product or [str(quantity.name)]
     factors = [file.vector(name, quantity.index) for name in names]
     longest = max(len(factor) for factor in factors)

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from trundle._optional import require
 from trundle._types import CalibrationTable
-from trundle.cli.options import add_backend, add_out, add_quiet, add_seed, select_backend
-from trundle.cli.progress import Progress
+from trundle.cli.options import add_backend, add_config, add_out, add_quiet, add_seed, select_backend
+from trundle.cli.paths import Output, declare
+from trundle.progress import Progress
 
 HELP = "Check the coverage of posterior intervals: draw parameters, simulate, infer, count."
 EXAMPLE = "trundle calibrate configs/experiments/calibrate.toml --replicates 200 --out calibration.jsonl"
@@ -20,22 +21,20 @@ ACCEPTED_COVERAGE = (0.85, 0.95)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the configuration, the number of rounds, the method and the output files."""
-    parser.add_argument(
-        "config",
-        metavar="CONFIG",
-        type=Path,
-        help="calibration settings, such as configs/experiments/calibrate.toml",
-    )
+    add_config(parser, "calibration settings, such as configs/experiments/calibrate.toml")
     parser.add_argument(
         "--replicates", metavar="N", type=int, default=200, help="number of rounds (default 200)"
     )
     parser.add_argument(
         "--method", choices=("nuts", "laplace", "metropolis"), help="sampler (default: that of CONFIG)"
     )
-    add_out(parser, "JSON lines file of the rounds; an interrupted run continues from it")
+    add_out(
+        parser, "JSON lines file of the rounds; an interrupted run continues from it", Output("--out", "file")
+    )
     parser.add_argument(
         "--figure", metavar="FILE", type=Path, help="PNG or SVG file for the histograms of ranks"
     )
+    declare(parser, "figure", Output("--figure", "file", (".png", ".svg", ".pdf"), content="a figure"))
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     add_backend(parser)
     add_seed(parser)

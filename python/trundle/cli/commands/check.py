@@ -26,8 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the findings, most severe first."""
     import trundle
+    from trundle.input_checks import held_out_findings
 
-    findings = trundle.check(args.recording)
+    recording = trundle.read(args.recording)
+    findings = [*trundle.check(recording), *held_out_findings(recording)]
     print(
         json.dumps(findings, indent=2, ensure_ascii=False)
         if args.json

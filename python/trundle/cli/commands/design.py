@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from trundle.cli.options import add_out, add_quiet
-from trundle.cli.progress import Progress
+from trundle.cli.paths import Input, Output, declare
+from trundle.progress import Progress
 
 if TYPE_CHECKING:
     from trundle.design import Design
@@ -31,6 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "first model.toml; fitted if there is a recording, otherwise it must contain all values"
     parser.add_argument("model_a", metavar="MODEL_A", type=Path, help=text)
     parser.add_argument("model_b", metavar="MODEL_B", type=Path, help="second model.toml")
+    for name in ("model_a", "model_b"):
+        declare(parser, name, Input(name.upper(), "file", "a model file (model.toml)"))
     parser.add_argument(
         "--object",
         metavar="PATH",
@@ -38,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="recording of the object, to which both models are fitted, or a file with its [body] "
         "(default: the body of MODEL_A)",
     )
+    declare(parser, "object", Input("--object", "any"))
     parser.add_argument(
         "--noise",
         metavar=("POSITION", "HEADING", "FORCE", "TORQUE"),
@@ -59,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_out(
         parser,
         "folder for design.json and, if the models can be simulated, scenario.toml and object.toml",
+        Output("--out", "folder"),
     )
     parser.add_argument("--json", action="store_true", help="print the design as JSON")
     add_quiet(parser)
@@ -80,6 +86,8 @@ def run(args: argparse.Namespace) -> int:
             **{name: getattr(args, name) for name in LIMITS},
             progress=progress.share,
         )
+    for warning in found.warnings:
+        print(f"trundle: warning: {warning}", file=sys.stderr)
     print(found.to_json() if args.json else "\n".join(format_design(found)))
     if args.out is not None:
         found.write(args.out)

@@ -12,13 +12,13 @@ from typing import Any, Literal
 from trundle.cli.options import (
     add_backend,
     add_model,
-    add_out,
     add_quiet,
     add_recording,
     add_seed,
     select_backend,
 )
-from trundle.cli.progress import Progress
+from trundle.cli.paths import DIAGNOSIS, check_output
+from trundle.progress import Progress
 
 HELP = "Locate where a simulation differs from a recording, and name the missing effects."
 EXAMPLE = "trundle diagnose recording/ --out diagnosis/table"
@@ -28,9 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the recordings, the model, the settings and the output folder."""
     add_recording(parser, several=True)
     add_model(parser)
-    add_out(
-        parser,
-        "output folder (default diagnosis/NAME); with several recordings it has one subfolder for each",
+    parser.add_argument(
+        "--out",
+        metavar="PATH",
+        type=Path,
+        help="output folder (default diagnosis/NAME); with several recordings it has one subfolder for each",
     )
     parser.add_argument(
         "--without",
@@ -60,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose each recording and write its output folder."""
     from trundle.experiments.backends import Local, in_order
 
+    check_outputs(args)
     where = select_backend(args)
     quiet = args.quiet or where != Local(1)  # parallel progress lines would overlap
     shared = (args.model, args.seed, args.without, args.wrench_pose, not args.no_check, quiet)
@@ -76,6 +79,21 @@ def run(args: argparse.Namespace) -> int:
     if refused:
         raise ValueError("\n".join(refused))
     return 0
+
+
+def check_outputs(args: argparse.Namespace) -> None:
+    """Check the output folder of each recording before the first diagnosis."""
+    inputs = dict.fromkeys(args.recording, "RECORDING")
+    folders: dict[Path, Path] = {}
+    for recording in args.recording:
+        folder = output_folder(recording, args)
+        check_output(folder, DIAGNOSIS, inputs)
+        if folder in folders:
+            raise ValueError(
+                f"{folder}: would be the output of both {folders[folder]} and {recording}; diagnose them one "
+                "by one with different --out"
+            )
+        folders[folder] = recording
 
 
 def diagnose_one(

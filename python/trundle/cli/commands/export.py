@@ -7,7 +7,8 @@ import json
 from pathlib import Path
 
 from trundle.cli.options import add_out
-from trundle.cli.progress import Progress
+from trundle.cli.paths import Input, Output, declare
+from trundle.progress import Progress
 
 HELP = "Export a diagnosed or fitted model to MuJoCo, or a recording to MCAP for Foxglove and rosbag2."
 EXAMPLE = """trundle export diagnosis/table/model.toml --mujoco --out table_mujoco
@@ -22,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="model.toml with a value for every parameter; with --mcap a recording",
     )
+    declare(parser, "source", Input("SOURCE", "any"))
     kinds = parser.add_mutually_exclusive_group()
     kinds.add_argument(
         "--mujoco", action="store_true", help="write the model as MJCF with a Python callback (default)"
@@ -29,13 +31,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     kinds.add_argument(
         "--mcap", metavar="FILE", type=Path, help="write the recording as ROS 2 messages in one .mcap file"
     )
+    declare(parser, "mcap", Output("--mcap", "file", (".mcap",), content="an export to MCAP"))
     parser.add_argument(
         "--footprint",
         metavar="CORNERS",
         type=parse_corners,
         help="footprint for a model without one: '[[x, y], ...]' in metres, object frame",
     )
-    add_out(parser, "output folder for MuJoCo (default: name of SOURCE with _mujoco appended)")
+    add_out(
+        parser,
+        "output folder for MuJoCo (default: name of SOURCE with _mujoco appended)",
+        Output("--out", "folder", marker="object.xml", content="an export"),
+    )
 
 
 def run(args: argparse.Namespace) -> int:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from trundle.cli.options import add_model, add_out, add_prior, add_quiet, add_recording, add_seed
-from trundle.cli.progress import Progress
+from trundle.cli.paths import Output
+from trundle.progress import Progress
 
 HELP = "Estimate a model's parameters from a recording's training episodes."
 EXAMPLE = "trundle fit recording/ --out model.toml"
@@ -20,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_model(parser)
     add_prior(parser)
     add_likelihood(parser)
-    add_out(parser, "output model.toml, with the fitted values and the posterior")
+    add_out(parser, "output model.toml, with the fitted values and the posterior", Output("--out", "file"))
     parser.add_argument(
         "--starts", metavar="N", type=int, default=6, help="number of random starts (default 6)"
     )
@@ -74,6 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.profile is not None:
         return run_profile(args)
+    warn_about_held_out(args.recording)
     with Progress(f"fitting {', '.join(map(str, args.recording))}", quiet=args.quiet) as progress:
         fitted = trundle.fit(
             args.recording,
@@ -95,6 +99,15 @@ def run(args: argparse.Namespace) -> int:
         json.dumps(fitted.summary, indent=2, ensure_ascii=False) if args.json else format_fit(fitted.summary)
     )
     return 0
+
+
+def warn_about_held_out(recordings: Sequence[Path]) -> None:
+    """Print a warning for each recording without held-out episodes."""
+    from trundle.input_checks import describe, held_out_findings
+
+    for recording in recordings:
+        for finding in held_out_findings(recording):
+            print(f"trundle: warning: {recording}: {describe(finding)}", file=sys.stderr)
 
 
 def run_profile(args: argparse.Namespace) -> int:

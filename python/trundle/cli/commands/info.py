@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from trundle.cli.options import add_recording
+from trundle.cli.paths import Output, declare
 
 HELP = "Summarise a recording: episodes, rates, gaps, masked samples, forces, travel, noise."
 EXAMPLE = "trundle info recording/ --picture recording.png"
@@ -20,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the recording, the picture and `--json`."""
     add_recording(parser)
     parser.add_argument("--picture", metavar="FILE", type=Path, help="also draw a .png, .svg or .pdf file")
+    declare(parser, "picture", Output("--picture", "file", (".png", ".svg", ".pdf"), content="a picture"))
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 from trundle._optional import require
 from trundle.cli.options import add_execution, positive_int, select_execution
 
-HELP = "Run an experiment of the paper and write its table and figures to docs/paper.md."
+HELP = "Run an experiment of the paper and write its table and figures to paper.md."
 EXAMPLE = "trundle paper fig6 --quick"
 
+DEFAULT_OUT = "paper"
 CHOICES = ("all", "fig5", "fig6", "fig8", "open-loop", "wheel")
 """Experiments. Repeated here because `trundle.experiments.paper` is slow to import; a test compares them."""
 
@@ -25,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="number of seeds (default: as in the experiment's settings)",
     )
     parser.add_argument(
-        "--quick", action="store_true", help="run a small version and write to paper-quick/ instead of docs/"
+        "--quick", action="store_true", help="run a small version and write to paper-quick/ instead of paper/"
     )
     parser.add_argument(
         "--configs",
@@ -34,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=Path("configs"),
         help="folder with experiments/ and objects/ (default configs)",
     )
-    add_execution(parser, "trials", "paper.md, paper/ (results) and images/")
+    add_execution(parser, "trials", "paper.md, paper/ (results) and images/", DEFAULT_OUT)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -43,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
         require(module, "experiments", "experiments of the paper")
     from trundle.experiments.paper.run import run_one
 
-    execution = select_execution(args, "paper", Path("paper-quick" if args.quick else "docs"))
+    execution = select_execution(args, "paper", Path("paper-quick" if args.quick else DEFAULT_OUT))
     for name in CHOICES[1:] if args.experiment == "all" else [args.experiment]:
         print(run_one(name, args.configs, execution, seeds=args.seeds, quick=args.quick))
     return 0

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 from trundle.cli.options import add_seed
+from trundle.cli.paths import RECORDING, Output, declare
+from trundle.cli.settings_pairs import add_set, parse_pairs
 
 if TYPE_CHECKING:
     import gymnasium
@@ -36,18 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="random: a new action every half second (default); adaptive: trundle.AdaptiveAgent; or the .npz "
         "file of a policy from `trundle train`, which also sets the arguments of its environment",
     )
-    parser.add_argument(
-        "--set",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="set an argument of the environment, such as action=push or noise=0; may be repeated",
-    )
+    add_set(parser, "set an argument of the environment, such as action=push or noise=0")
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, help="save the sensor readings as a recording in this folder"
     )
     display = parser.add_mutually_exclusive_group()
     display.add_argument("--gif", metavar="FILE", type=Path, help="write an animation of all episodes")
+    declare(parser, "out", RECORDING)
+    declare(parser, "gif", Output("--gif", "file", (".gif",), content="an animation"))
     display.add_argument("--human", action="store_true", help="show a window (needs trundle[human])")
     add_seed(parser)
 
@@ -87,23 +79,7 @@ def _make_environment(args: argparse.Namespace, agent: str | Policy) -> gymnasiu
             f"--agent {args.agent}: the policy was trained in {agent.about.env}, not in {name}"
         )
     try:
-        env = gymnasium.make(name, render_mode=mode, **{**trained, **_parse_arguments(args.set)})
+        env = gymnasium.make(name, render_mode=mode, **{**trained, **parse_pairs(args.set)})
     except TypeError as error:
         raise trundle.TrundleError(f"--set {' '.join(args.set)}: {error}") from None
     return env if args.out is None else trundle.Record(env, args.out)
-
-
-def _parse_arguments(pairs: list[str]) -> dict[str, Any]:
-    """Parse NAME=VALUE pairs; a value is TOML, or else a string."""
-    import trundle
-
-    arguments = {}
-    for pair in pairs:
-        name, sign, text = pair.partition("=")
-        if not sign:
-            raise trundle.TrundleError(f"--set {pair}: write NAME=VALUE")
-        try:
-            arguments[name] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            arguments[name] = text
-    return arguments

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from trundle._optional import require
 from trundle.cli.options import add_backend, add_quiet, select_backend
+from trundle.cli.paths import Input, Output, declare
 
 HELP = "Run a blind benchmark: hide effects in recordings of other simulators, diagnose, and score."
 EXAMPLE = "trundle prove --config configs/experiments/proof_small.toml --jobs 2 --out proof"
@@ -22,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=Path("configs/experiments/proof.toml"),
         help="settings of the benchmark (default configs/experiments/proof.toml)",
     )
+    declare(parser, "config", Input("--config", "file", "a settings file (.toml)"))
     parser.add_argument(
         "--range", metavar="NAME", default="report", help="range of seeds in the settings (default report)"
     )
@@ -37,9 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out",
         metavar="DIR",
         type=Path,
-        default=Path("docs"),
-        help="folder of the page, of its results and of images/ (default docs)",
+        default=Path("proof"),
+        help="folder of the page, of its results and of images/ (default proof)",
     )
+    declare(parser, "out", Output("--out", "folder"))
     parser.add_argument(
         "--limits", action="store_true", help="measure detection limits instead of the main benchmark"
     )

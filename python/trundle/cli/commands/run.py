@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from trundle.cli.options import add_out, add_quiet
+from trundle.cli.options import add_config, add_out, add_quiet
+from trundle.cli.paths import Output
 
 HELP = "Run the adaptive agent in closed loop and write a page that shows its estimates after each push."
 EXAMPLE = "trundle run configs/experiments/run.toml --out run"
@@ -13,12 +13,11 @@ EXAMPLE = "trundle run configs/experiments/run.toml --out run"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the settings and the output folder."""
-    parser.add_argument(
-        "config", metavar="CONFIG", type=Path, help="settings, such as configs/experiments/run.toml"
-    )
+    add_config(parser, "settings, such as configs/experiments/run.toml")
     add_out(
         parser,
         "folder for histories, recordings and page.html; an interrupted run continues from it",
+        Output("--out", "folder"),
         required=True,
     )
     add_quiet(parser)

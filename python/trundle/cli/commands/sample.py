@@ -7,7 +7,8 @@ import json
 from typing import Any
 
 from trundle.cli.options import add_model, add_out, add_prior, add_quiet, add_recording, add_seed
-from trundle.cli.progress import Progress
+from trundle.cli.paths import Output
+from trundle.progress import Progress
 
 HELP = "Sample the posterior of a model's parameters given a recording, with convergence diagnostics."
 EXAMPLE = "trundle sample recording/ --out posterior.nc"
@@ -36,7 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, (default, text) in counts.items():
         text = f"{text} (default {default})"
         parser.add_argument(f"--{name}", metavar="N", type=int, default=default, help=text)
-    add_out(parser, "output netCDF file, for arviz.from_netcdf")
+    output = Output("--out", "file", (".nc",), content="a posterior")
+    add_out(parser, "output netCDF file, for arviz.from_netcdf", output)
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     add_seed(parser)
     add_quiet(parser)

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from trundle.cli.options import add_out, add_seed
+from trundle.cli.paths import RECORDING, Input, declare
 
 HELP = "Simulate the pushes of a scenario and write the sensor readings as a recording."
 EXAMPLE = "trundle simulate --demo --out demo/recording"
@@ -26,7 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="simulate the demo, which needs no file: a table with a locked wheel and hidden dry friction",
     )
-    add_out(parser, "folder of the new recording", required=True)
+    add_out(parser, "folder of the new recording", RECORDING, required=True)
+    declare(parser, "scenario", Input("SCENARIO", "file", "a scenario file (.toml)"))
     add_seed(parser)
     parser.add_argument(
         "--table", choices=("csv", "parquet"), default="csv", help="format of the tables (default csv)"

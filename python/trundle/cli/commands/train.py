@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from trundle._optional import require
-from trundle.cli.options import add_backend, add_quiet, select_backend
+from trundle.cli.options import add_backend, add_config, add_quiet, select_backend
+from trundle.cli.paths import Output, declare
 
 HELP = "Train an agent of stable-baselines3 (needs trundle[rl]), or resume an interrupted training."
 EXAMPLE = "trundle train configs/rl/ppo.toml --out trained --seed 1"
@@ -14,9 +15,7 @@ EXAMPLE = "trundle train configs/rl/ppo.toml --out trained --seed 1"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the settings, the seeds and the output folder."""
-    parser.add_argument(
-        "config", metavar="CONFIG", type=Path, help="training settings, such as configs/rl/ppo.toml"
-    )
+    add_config(parser, "training settings, such as configs/rl/ppo.toml")
     parser.add_argument(
         "--out",
         metavar="FOLDER",
@@ -24,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="folder for policies/, curves/, timing/ and work/ (checkpoints and TensorBoard logs)",
     )
+    declare(parser, "out", Output("--out", "folder"))
     parser.add_argument(
         "--seed",
         metavar="N",

@@ -15,12 +15,12 @@ from typing import Any
 
 import trundle
 from trundle.atomic import PARTIAL_SUFFIX, read_json, write_text
-from trundle.cli.progress import Progress
 from trundle.experiments.results import Row
 from trundle.experiments.runs import config, sentences
 from trundle.experiments.runs.episode import play
 from trundle.experiments.runs.history import parse_history, parse_update
 from trundle.experiments.runs.page import render
+from trundle.progress import Progress
 from trundle.recording import TrundleError
 
 __all__ = ["run_closed_loop"]

@@ -15,13 +15,13 @@ from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
 from trundle._native import TrundleError
 from trundle.atomic import read_json, write_text
-from trundle.cli.progress import Progress
 from trundle.experiments.results import Row, rounded
 from trundle.experiments.training import checkpoint, state_file
 from trundle.experiments.training.config import Settings, read
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import Algorithm, algorithm, exported
 from trundle.experiments.training.worlds import Worlds, action_period, make_worlds
+from trundle.progress import Progress
 
 __all__ = ["Training", "has_flattened", "train_one"]
 
