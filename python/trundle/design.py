@@ -16,6 +16,7 @@ from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.atomic import write_text
 from trundle.diagnosis import PathLike, Progress, model_text, native_recording
+from trundle.display import Card, Displayed, Table
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -30,8 +31,8 @@ DEFAULT_NOISE_SD = (0.0005, 0.00175, 0.4, 0.05)
 """Default standard deviations of position, heading, force and torque without a recording: m, rad, N, N·m."""
 
 
-@dataclass(frozen=True)
-class DesignedPush:
+@dataclass(frozen=True, repr=False)
+class DesignedPush(Displayed):
     """One push of a design.
 
     Attributes
@@ -78,9 +79,18 @@ class DesignedPush:
             "knots": self.knots.tolist(),
         }
 
+    def _card(self) -> Card:
+        facts = [
+            ("grasp", f"({self.grasp[0]:.3g}, {self.grasp[1]:.3g}) m, direction {self.direction:.3g} rad"),
+            ("limits", f"{self.force:.3g} N, {self.torque:.3g} N·m, {self.duration:.3g} s"),
+            ("separation", f"{self.separation:.3g} nats, {self.cumulative:.3g} with the previous pushes"),
+            ("push", self.sentence),
+        ]
+        return Card(f"trundle.DesignedPush: {self.profile}", facts)
 
-@dataclass(frozen=True)
-class Design:
+
+@dataclass(frozen=True, repr=False)
+class Design(Displayed):
     """The pushes that best discriminate two models.
 
     Attributes
@@ -102,6 +112,12 @@ class Design:
         Summary in words.
     fitted : tuple of two Model
         The models with all values; fitted if there is a recording.
+
+    Examples
+    --------
+    >>> design = trundle.design("model.toml", "wheel.toml", force=60.0, duration=2.0)
+    >>> design.pushes[0].separation > 10.0  # nats
+    True
     """
 
     models: tuple[str, str]
@@ -113,6 +129,18 @@ class Design:
     sentence: str
     fitted: tuple[Model, Model]
     _answer: dict[str, Any]
+
+    def _card(self) -> Card:
+        rows = [
+            (str(number), push.profile, f"{push.separation:.3g}", f"{push.cumulative:.3g}", push.sentence)
+            for number, push in enumerate(self.pushes, 1)
+        ]
+        facts = [
+            ("models", " or ".join(name or "no further effect" for name in self.models)),
+            ("result", self.sentence),
+        ]
+        heads = ("push", "profile", "nats", "in total", "instruction")
+        return Card(f"trundle.Design: {len(self.pushes)} pushes", facts, Table(heads, rows))
 
     def to_json(self) -> str:
         """Return the content of ``design.json``."""
@@ -210,6 +238,12 @@ def design(
     ------
     TrundleError
         If a model has no footprint or no value for a parameter, cannot be fitted, or a limit is not positive.
+
+    Examples
+    --------
+    >>> design = trundle.design("model.toml", "wheel.toml", force=60.0, duration=2.0)
+    >>> design.models
+    ('coulomb_friction', '')
     """
     if pushes < 1:
         raise TrundleError(f"pushes = {pushes}: at least one is needed")

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.diagnosis import PathLike, Progress, model_text, native_recording
+from trundle.display import Card, Displayed, Table
+from trundle.display.formatting import format_number
 
 __all__ = ["CHI2_1_QUANTILE_90", "Profile", "format_identifiability", "profile"]
 
@@ -20,8 +22,8 @@ CHI2_1_QUANTILE_90 = 2.705543454
 """90 % quantile of the χ² distribution with one degree of freedom."""
 
 
-@dataclass(frozen=True)
-class Profile:
+@dataclass(frozen=True, repr=False)
+class Profile(Displayed):
     """Profile likelihood of one parameter.
 
     Attributes
@@ -41,6 +43,15 @@ class Profile:
         Local optima inside the interval. Several optima are an ambiguity.
     mean, sd : float or None
         The Laplace estimate of the fit, if the parameter is identifiable.
+
+    Examples
+    --------
+    >>> profile = trundle.profile(recording, "coulomb_friction.force", "free.toml", starts=2)
+    >>> profile.shape
+    'two-sided'
+    >>> low, high = profile.interval
+    >>> low < profile.mean < high
+    True
     """
 
     name: str
@@ -66,6 +77,14 @@ class Profile:
         if len(self.modes) > 1:
             text += "; local optima at " + ", ".join(f"{mode:.4g}" for mode in self.modes)
         return text
+
+    def _card(self) -> Card:
+        rows = [
+            (format_number(value), format_number(deviance))
+            for value, deviance in zip(self.values, self.deviance, strict=True)
+        ]
+        table = Table((f"{self.name}, {self.unit}", "deviance"), rows)
+        return Card(f"trundle.Profile: {self}", (), table)
 
     def plot(self, width: int = 60) -> str:
         """Return a text plot with one line per value: the bar is the deviance, `|` the 90 % threshold."""
@@ -111,6 +130,11 @@ def profile(
     ------
     TrundleError
         If the parameter is not free, or the fit is not possible.
+
+    Examples
+    --------
+    >>> print(trundle.profile(recording, "coulomb_friction.force", "free.toml", starts=2))
+    coulomb_friction.force lies between ... N and ... N (90 %)
     """
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from trundle import _native
 from trundle._native import Recording, TrundleError
+from trundle.inspection import check
 
-__all__ = ["require_usable", "warnings_of"]
+__all__ = ["require_usable"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
@@ -32,20 +32,8 @@ def require_usable(recording: Recording | PathLike) -> list[str]:
     TrundleError
         If `trundle.check` finds an error; the message lists all errors with their remedies.
     """
-    findings = _native.check(recording)
-    wrong = [describe(finding) for finding in findings if finding["severity"] == "error"]
-    if wrong:
+    findings = check(recording)
+    if findings.errors:
         name = recording.name if isinstance(recording, Recording) else os.fspath(recording)
-        raise TrundleError(f"{name}: " + "; ".join(wrong))
-    return warnings_of(findings)
-
-
-def warnings_of(findings: list[dict[str, Any]]) -> list[str]:
-    """Return the warnings among the findings of `trundle.check` as sentences."""
-    return [describe(finding) for finding in findings if finding["severity"] == "warning"]
-
-
-def describe(finding: dict[str, Any]) -> str:
-    """Return a finding as one line: episode, observation, remedy."""
-    where = "" if finding["episode"] is None else f"{finding['episode']}: "
-    return f"{where}{finding['sentence']} ({finding['remedy']})"
+        raise TrundleError(f"{name}: " + "; ".join(map(str, findings.errors)))
+    return [str(finding) for finding in findings.warnings]

@@ -21,5 +21,6 @@ def run(args: argparse.Namespace) -> int:
     """Write the predictions and print the path of the file."""
     import trundle
 
-    print(trundle.predict(args.recording, args.model, args.out))
+    trundle.predict(args.recording, args.model, args.out)
+    print(args.out)
     return 0
