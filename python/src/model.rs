@@ -37,7 +37,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// >>> model.effects
 /// ['viscous_wheel', 'coulomb_friction']
 /// >>> [parameter["name"] for parameter in model.parameters][:2]
-/// ['body.mass', 'body.com_x']
+/// ['body.mass', 'viscous_wheel.x']
 #[pyclass(frozen, name = "Model", module = "trundle")]
 pub(crate) struct PyModel {
     pub(crate) model: Model,

@@ -173,7 +173,7 @@ class Posterior(Displayed):
         --------
         >>> import arviz
         >>> data = posterior.to_inference_data()
-        >>> arviz.loo(data).n_data_points  # the training episodes
+        >>> int(arviz.loo(data).n_data_points)  # the training episodes
         2
         """
         az = import_arviz()

@@ -21,7 +21,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -55,7 +55,7 @@ __all__ = ["write_mcap"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 Stamps = NDArray[np.int64]
-Table = dict[str, Any]
+Table = Mapping[str, Any]
 
 FIRST_STAMP_NS = NS_PER_S
 """First stamp, ns. Readers interpret a stamp of 0 as a missing time."""
