@@ -136,7 +136,7 @@ class Design(Displayed):
             for number, push in enumerate(self.pushes, 1)
         ]
         facts = [
-            ("models", " or ".join(name or "no further effect" for name in self.models)),
+            ("models", " or ".join(self.models)),
             ("result", self.sentence),
         ]
         heads = ("push", "profile", "nats", "in total", "instruction")
@@ -243,7 +243,7 @@ def design(
     --------
     >>> design = trundle.design("model.toml", "wheel.toml", force=60.0, duration=2.0)
     >>> design.models
-    ('coulomb_friction', '')
+    ('coulomb_friction', 'a model without coulomb_friction')
     """
     if pushes < 1:
         raise TrundleError(f"pushes = {pushes}: at least one is needed")
