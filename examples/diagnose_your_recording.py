@@ -84,7 +84,7 @@ def main(out: Path) -> trundle.Diagnosis:
     recording = trundle.Recording(METADATA, episodes)
 
     # Check units, signs, axes, clocks, tare, and whether there is enough motion.
-    findings = [f"{found['severity']}: {found['sentence']}" for found in trundle.check(recording)]
+    findings = [f"{found.severity}: {found.sentence}" for found in trundle.check(recording)]
     print("checked", *(findings or ["nothing found"]), sep="\n  ")
 
     # The nominal model is the paper's, a rigid body with one viscous wheel; `model=` sets another.

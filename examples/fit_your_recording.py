@@ -100,7 +100,7 @@ def main(out: Path) -> trundle.Fit:
     print(f"imported {', '.join(recording.episodes)}", *imported.remarks, sep="\n  ")
 
     # Check units, signs, axes, clocks, tare, and whether there is enough motion.
-    findings = [f"{found['severity']}: {found['sentence']}" for found in trundle.check(recording)]
+    findings = [f"{found.severity}: {found.sentence}" for found in trundle.check(recording)]
     print("checked", *(findings or ["nothing found"]), sep="\n  ")
 
     # Fit the paper's model, a rigid body with one viscous wheel, to the training pushes.

@@ -51,6 +51,15 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// ------
 /// TrundleError
 ///     If bounds are reversed, or a setting is unknown or out of its range.
+///
+/// Examples
+/// --------
+/// >>> planner = trundle.Planner([-100, -100, -30], [100, 100, 30], horizon=10, samples=64)
+/// >>> planner
+/// <trundle.Planner: 10 actions of 0.1 s, 64 plans in each of 6 iterations>
+/// >>> model = trundle.Model.read("model.toml")
+/// >>> planner.plan(model, pose=[0, 0, 0], twist=[0, 0, 0], goal=[1, 0, 0], grasp=[-0.6, 0]).shape
+/// (10, 3)
 #[pyclass(name = "Planner", module = "trundle")]
 struct PyPlanner {
     planner: Planner,
@@ -218,6 +227,14 @@ impl PyPlanner {
     fn restart(&mut self) {
         self.planner.restart();
         self.map = None;
+    }
+
+    fn __repr__(&self) -> String {
+        let s = self.planner.settings();
+        format!(
+            "<trundle.Planner: {} actions of {} s, {} plans in each of {} iterations>",
+            s.horizon, s.hold, s.samples, s.iterations
+        )
     }
 
     /// Duration of each action, s.

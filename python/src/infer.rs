@@ -3,11 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use trundle_diagnose::for_recording;
+use pyo3::types::PyDict;
+use trundle_diagnose::{Predictions, for_recording, prediction_scores};
 use trundle_estimate::{FitRequest, LikelihoodKind, LikelihoodOptions, combined, fit_recordings, loss_named};
 use trundle_infer::{FitOptions, Optimiser, Stage};
-use trundle_model::Stepper;
+use trundle_model::{Model, Stepper};
+use trundle_record::Dataset;
 
 use crate::error::{refused, run};
 use crate::inputs::{self, PriorText, dataset};
@@ -21,6 +24,7 @@ const STAGES: [Stage; 1] = [Stage { name: "fit", end: 1.0, rounds: 3.0 }];
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_fit, module)?)?;
+    module.add_class::<PyPredictions>()?;
     module.add_function(wrap_pyfunction!(_predict, module)?)
 }
 
@@ -98,11 +102,53 @@ fn optimiser_named(name: &str) -> PyResult<Optimiser> {
     }
 }
 
-/// Simulate every episode in open loop and write the table `out` (Parquet); see `trundle.predict`.
+/// Open-loop predictions of the episodes of a recording.
+#[pyclass(name = "_Predictions", module = "trundle", frozen)]
+struct PyPredictions {
+    data: Dataset,
+    model: Model,
+    table: Predictions,
+}
+
+/// Simulate every episode in open loop; see `trundle.predict`.
 #[pyfunction]
-fn _predict(recording: &Bound<'_, PyAny>, model: PyRef<'_, PyModel>, out: PathBuf) -> PyResult<()> {
+fn _predict(recording: &Bound<'_, PyAny>, model: PyRef<'_, PyModel>) -> PyResult<PyPredictions> {
     let data = dataset(recording)?;
     let model = for_recording(&data, Some(&model.model));
     let table = run(recording.py(), || trundle_diagnose::predict(data.episodes(), &model))?;
-    run(recording.py(), || table.write(&out))
+    Ok(PyPredictions { data, model, table })
+}
+
+#[pymethods]
+impl PyPredictions {
+    /// Names of the held-out episodes.
+    #[getter]
+    fn held_out(&self) -> Vec<&str> {
+        self.data.held_out.iter().map(|episode| episode.name.as_str()).collect()
+    }
+
+    /// Columns by name: `episode` (list of str), `t` (n,), `scored` (n,), and `observed` and `predicted` (n, 3).
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("episode", self.table.episode())?;
+        dict.set_item("t", PyArray1::from_slice(py, self.table.t()))?;
+        dict.set_item("scored", PyArray1::from_slice(py, self.table.scored()))?;
+        for (name, poses) in self.table.groups() {
+            let rows: Bound<'_, PyArray2<f64>> =
+                PyArray1::from_slice(py, poses.as_flattened()).reshape([poses.len(), 3])?;
+            dict.set_item(name, rows)?;
+        }
+        Ok(dict)
+    }
+
+    /// Error metrics of the training and of the held-out episodes, None without episodes.
+    fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let scores = run(py, || prediction_scores(&self.data, &self.model))?;
+        plain(py, &scores)
+    }
+
+    /// Write the columns as Parquet, with `NAME_x`, `NAME_y` and `NAME_theta` for poses.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        run(py, || self.table.write(&path))
+    }
 }

@@ -10,45 +10,23 @@ use crate::plain::plain;
 use crate::record::recording_of;
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(inspect, module)?)?;
-    module.add_function(wrap_pyfunction!(check, module)?)?;
+    module.add_function(wrap_pyfunction!(_inspect, module)?)?;
+    module.add_function(wrap_pyfunction!(_check, module)?)?;
     module.add_function(wrap_pyfunction!(prepare, module)?)?;
     module.add_function(wrap_pyfunction!(smooth, module)?)
 }
 
-/// Summary of a recording, as printed by `trundle info`.
-///
-/// Parameters
-/// ----------
-/// recording : Recording or path-like
-///     The recording, or its folder.
-///
-/// Returns
-/// -------
-/// dict
-///     ``name``, ``noise``, ``mass``, ``mass_given`` and ``episodes``, a list of dicts: spans and contact in s,
-///     rates in Hz, gaps, numbers of masked samples, ranges of the tared wrench in N and N m, travel in m and rad.
+/// Summary of a recording; see `trundle.inspect`.
 #[pyfunction]
-fn inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+fn _inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let (py, recording) = (recording.py(), recording_of(recording)?);
     let info = run(py, || trundle_record::inspect(&recording))?;
     plain(py, &info)
 }
 
-/// Check a recording for mistakes, without any model, as printed by `trundle check`.
-///
-/// Parameters
-/// ----------
-/// recording : Recording or path-like
-///     The recording, or its folder.
-///
-/// Returns
-/// -------
-/// list of dict
-///     Findings, most severe first: ``kind``, ``severity`` ("error", "warning" or "note"), ``sentence``,
-///     ``remedy`` and ``episode`` (None if it concerns the whole recording).
+/// Findings about a recording, most severe first; see `trundle.check`.
 #[pyfunction]
-fn check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+fn _check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let (py, recording) = (recording.py(), recording_of(recording)?);
     let findings = run(py, || Ok::<_, trundle_record::Error>(trundle_record::check(&recording)))?;
     plain(py, &findings)
@@ -78,6 +56,12 @@ fn check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
 /// ------
 /// TrundleError
 ///     If a raw reading cannot be tared, or a stream is missing.
+///
+/// Examples
+/// --------
+/// >>> prepared = trundle.prepare(recording)["episode_00"]
+/// >>> prepared["on_object"].shape == (len(prepared["wrench_t"]), 3)
+/// True
 #[pyfunction]
 #[pyo3(signature = (recording, tare = "separated", wrench_pose = "own_time"))]
 fn prepare<'py>(
@@ -133,6 +117,12 @@ pub(crate) fn wrench_pose_of(name: &str) -> PyResult<WrenchPose> {
 ///     By episode: ``t`` (n,), ``pose``, ``twist``, ``accel`` (n, 3) of the object frame's origin in world axes,
 ///     ``cov`` (n, 3, 3, 3): for each axis x, y, theta the covariance of (pose, twist, accel). No rows for an
 ///     episode with fewer than five poses.
+///
+/// Examples
+/// --------
+/// >>> motion = trundle.smooth(recording)["episode_00"]
+/// >>> motion["twist"].shape == motion["pose"].shape
+/// True
 #[pyfunction]
 #[pyo3(signature = (recording, causal = false))]
 fn smooth<'py>(recording: &Bound<'py, PyAny>, causal: bool) -> PyResult<Bound<'py, PyDict>> {

@@ -48,6 +48,12 @@ impl PyLaws {
         Ok(Self(EmbeddedLaws::new(&model).map_err(refused)?))
     }
 
+    fn __repr__(&self) -> String {
+        let body = self.0.body();
+        let [x, y] = body.com;
+        format!("<trundle.export.Laws: {:.4} kg, mass centre at ({x:.3}, {y:.3}) m>", body.mass)
+    }
+
     /// Mass of the rigid body, kg.
     #[getter]
     fn mass(&self) -> f64 {

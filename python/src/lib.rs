@@ -9,6 +9,7 @@ mod columns;
 mod control;
 mod design;
 mod diagnose;
+mod display;
 mod error;
 mod identify;
 mod infer;

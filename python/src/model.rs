@@ -15,6 +15,7 @@ use trundle_model::{
 };
 use trundle_posterior::Draws;
 
+use crate::display;
 use crate::error::{NotFiniteError, refused, run_here};
 use crate::inputs::in_file;
 
@@ -29,6 +30,14 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 }
 
 /// A rigid body plus a list of effects, as in `model.toml`.
+///
+/// Examples
+/// --------
+/// >>> model = trundle.Model.read("model.toml")
+/// >>> model.effects
+/// ['viscous_wheel', 'coulomb_friction']
+/// >>> [parameter["name"] for parameter in model.parameters][:2]
+/// ['body.mass', 'viscous_wheel.x']
 #[pyclass(frozen, name = "Model", module = "trundle")]
 pub(crate) struct PyModel {
     pub(crate) model: Model,
@@ -68,6 +77,12 @@ impl PyModel {
             let _ = fs::remove_file(&partial);
             in_file(&path, error)
         })
+    }
+
+    /// Names of the effects, in the order of the model, as in the names of the parameters.
+    #[getter]
+    fn effects(&self) -> Vec<String> {
+        self.model.effect_names()
     }
 
     /// All scalar parameters: dicts with `name`, `unit`, `lower`, `upper` and `value` (None for a free parameter).
@@ -177,10 +192,12 @@ impl PyModel {
         Ok((rows(|state| state.pose)?, rows(|state| state.twist)?))
     }
 
-    fn __repr__(&self) -> String {
-        let mass = self.model.mass.map_or("free mass".to_owned(), |mass| format!("{mass} kg"));
-        let names = self.model.effect_names().join(", ");
-        format!("<trundle.Model: {mass}, {}>", if names.is_empty() { "no effects" } else { &names })
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        display::text(slf, "model_card")
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        display::html(slf, "model_card")
     }
 }
 
@@ -228,6 +245,11 @@ fn _ranges(model: &PyModel) -> PyResult<Vec<RangeRow>> {
 ///     possible `starts`), and `parameters`: dicts with `name`, `unit`, `lower`, `upper`, `neutral` (value at which
 ///     the effect vanishes, or None), `default` (value if a file omits it; None for a free parameter), `prior`,
 ///     `on_rail` and `help`.
+///
+/// Examples
+/// --------
+/// >>> [effect["kind"] for effect in trundle.effects()][:2]
+/// ['viscous_wheel', 'coulomb_friction']
 #[pyfunction]
 fn effects(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     catalogue().map(|spec| spec_dict(py, spec)).collect()

@@ -140,6 +140,17 @@ impl PyPosterior {
         Ok(dict)
     }
 
+    /// Names of the training episodes, and the log likelihood of each at each draw: shape (chain, draw, episode), nats.
+    fn log_likelihood<'py>(&self, py: Python<'py>) -> PyResult<(Vec<String>, Bound<'py, PyArray3<f64>>)> {
+        let found = run(py, || {
+            let likelihood = Comparison::of(&self.data)?.with_channels(self.inner.channels);
+            self.inner.log_likelihood(&likelihood)
+        })?;
+        let flat: Vec<f64> = found.chains.iter().flatten().flatten().copied().collect();
+        let shape = [found.chains.len(), found.chains.first().map_or(0, Vec::len), found.episodes.len()];
+        Ok((found.episodes, PyArray1::from_vec(py, flat).reshape(shape)?))
+    }
+
     /// Posterior predictive poses of every episode, from `draws` evenly spaced draws of each chain. For each episode's
     /// name: whether it is held out, times (s), measured poses, and predicted poses of shape (chain, draw, time, 3).
     fn predictive<'py>(&self, py: Python<'py>, draws: usize, seed: u64) -> PyResult<Bound<'py, PyDict>> {

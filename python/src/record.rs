@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyType};
+use pyo3::types::{PyDict, PyIterator, PyString, PyType};
 use trundle_record::{Metadata, Recording, Table};
 
 use crate::error::{refused, run};
-use crate::{columns, toml_dict};
+use crate::{columns, display, toml_dict};
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyRecording>()?;
@@ -20,7 +20,9 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// A recording: metadata and episodes.
 ///
-/// A recording is validated when it is created, and is immutable.
+/// A recording is validated when it is created, and is immutable. It is a mapping of names to episodes, in
+/// chronological order: ``len(recording)``, ``recording["episode_00"]``, ``"episode_00" in recording``, and iteration
+/// over names, values and items.
 ///
 /// Parameters
 /// ----------
@@ -34,19 +36,45 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// ------
 /// TrundleError
 ///     If the recording is invalid. The message names the place and the remedy.
+///
+/// Examples
+/// --------
+/// >>> list(recording)
+/// ['episode_00', 'episode_01', 'episode_02']
+/// >>> wrench = recording["episode_00"].wrench
+/// >>> wrench["force_x"].shape == wrench.t.shape
+/// True
+/// >>> shorter = trundle.Recording(recording.metadata, recording.episodes)
+/// >>> shorter == recording
+/// True
 #[pyclass(name = "Recording", module = "trundle", frozen)]
 pub(crate) struct PyRecording {
     inner: Arc<Recording>,
-    /// Arrays, created on first access.
-    episodes: PyOnceLock<Py<PyDict>>,
+    /// Arrays by episode and column, created on first access.
+    columns: PyOnceLock<Py<PyDict>>,
 }
+
+/// `trundle.episode.Episode`.
+static EPISODE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// The class, and the arguments that create an equal recording.
 type Reduced<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, Bound<'py, PyDict>));
 
 impl PyRecording {
     pub(crate) fn wrap(recording: Recording) -> Self {
-        Self { inner: Arc::new(recording), episodes: PyOnceLock::new() }
+        Self { inner: Arc::new(recording), columns: PyOnceLock::new() }
+    }
+
+    /// Columns by episode and column name.
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyDict>> {
+        let whole = self.columns.get_or_try_init(py, || {
+            let dict = PyDict::new(py);
+            for episode in &self.inner.episodes {
+                dict.set_item(&episode.name, columns::to_dict(py, episode)?)?;
+            }
+            Ok::<_, PyErr>(dict.unbind())
+        })?;
+        Ok(whole.bind(py))
     }
 }
 
@@ -79,6 +107,12 @@ pub(crate) fn metadata_of(mapping: &Bound<'_, PyAny>) -> PyResult<Metadata> {
 /// ------
 /// TrundleError
 ///     If the recording is invalid. The message names file, row, column, value and remedy.
+///
+/// Examples
+/// --------
+/// >>> recording.write("recordings_run_3")
+/// >>> len(trundle.read("recordings_run_3"))
+/// 3
 #[pyfunction]
 fn read(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
     run(py, || Recording::read(&path)).map(PyRecording::wrap)
@@ -121,26 +155,17 @@ impl PyRecording {
         toml_dict::to_dict(py, &self.inner.metadata.to_table().map_err(refused)?)
     }
 
-    /// Columns by episode name and column name. Episodes are in chronological order.
-    ///
-    /// Columns are read-only float64 arrays, NaN for an empty cell; ``note_`` columns are lists of strings.
+    /// The episodes by name, in chronological order, as a new dict.
     #[getter]
-    fn episodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let whole = self.episodes.get_or_try_init(py, || {
-            let dict = PyDict::new(py);
-            for episode in &self.inner.episodes {
-                dict.set_item(&episode.name, columns::to_dict(py, episode)?)?;
-            }
-            Ok::<_, PyErr>(dict.unbind())
-        })?;
-        let fresh = PyDict::new(py);
-        for (name, episode) in whole.bind(py) {
-            fresh.set_item(name, episode.cast::<PyDict>()?.copy()?)?;
+    fn episodes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(slf.py());
+        for episode in &slf.get().inner.episodes {
+            dict.set_item(&episode.name, Self::__getitem__(slf, &episode.name)?)?;
         }
-        Ok(fresh)
+        Ok(dict)
     }
 
-    /// One episode as a data frame.
+    /// One episode as a data frame: a copy of the columns, ``t`` first, NaN for an empty cell.
     ///
     /// Parameters
     /// ----------
@@ -150,24 +175,54 @@ impl PyRecording {
     /// Returns
     /// -------
     /// pandas.DataFrame
-    ///     A copy of the columns, ``t`` first.
+    ///     As ``recording[name].frame()``.
     ///
     /// Raises
     /// ------
     /// TrundleError
     ///     If there is no such episode, or the extra `trundle[pandas]` is not installed.
-    fn frame<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let Some(episode) = self.episodes(py)?.get_item(name)? else {
-            let known: Vec<&str> = self.inner.episodes.iter().map(|episode| episode.name.as_str()).collect();
-            return Err(refused(format!(
-                "{name:?} is no episode of {}; there are: {}",
-                self.name(),
-                known.join(", ")
-            )));
+    fn frame<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        Self::__getitem__(slf, name)?.call_method0("frame")
+    }
+
+    /// Names of the episodes.
+    fn keys(&self) -> Vec<&str> {
+        self.inner.episodes.iter().map(|episode| episode.name.as_str()).collect()
+    }
+
+    /// The episodes.
+    fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        slf.get().keys().into_iter().map(|name| Self::__getitem__(slf, name)).collect()
+    }
+
+    /// Pairs of name and episode.
+    fn items<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+        let pair = |name: &str| Ok((name.to_owned(), Self::__getitem__(slf, name)?));
+        slf.get().keys().into_iter().map(pair).collect()
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.episodes.len()
+    }
+
+    fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
+        match name.cast::<PyString>() {
+            Ok(name) => Ok(self.keys().contains(&name.to_cow()?.as_ref())),
+            Err(_) => Ok(false),
+        }
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        self.keys().into_pyobject(py)?.try_iter()
+    }
+
+    fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), slf.get());
+        let Some(columns) = this.columns(py)?.get_item(name)? else {
+            let known = this.keys().join(", ");
+            return Err(refused(format!("{name:?} is no episode of {}; there are: {known}", this.name())));
         };
-        let pandas =
-            py.import("trundle._optional")?.call_method1("require", ("pandas", "pandas", "data frames"))?;
-        pandas.call_method1("DataFrame", (episode,))
+        EPISODE.import(py, "trundle.episode", "Episode")?.call1((slf, name, columns))
     }
 
     /// Write the recording as a folder, atomically.
@@ -194,14 +249,18 @@ impl PyRecording {
     /// For `copy` and `pickle`.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
         let (py, this) = (slf.py(), slf.get());
-        Ok((slf.get_type(), (this.metadata(py)?, this.episodes(py)?)))
+        Ok((slf.get_type(), (this.metadata(py)?, this.columns(py)?.clone())))
     }
 
     fn __eq__(&self, other: &Self) -> bool {
         self.inner == other.inner
     }
 
-    fn __repr__(&self) -> String {
-        format!("<trundle.Recording {:?}: {} episodes>", self.name(), self.inner.episodes.len())
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        display::text(slf, "recording_card")
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        display::html(slf, "recording_card")
     }
 }

@@ -31,6 +31,12 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// ------
 /// TrundleError
 ///     If the scenario is invalid. The message names file, key, value and remedy.
+///
+/// Examples
+/// --------
+/// >>> recording = trundle.simulate("scenario.toml", seed=1)
+/// >>> len(recording)
+/// 3
 #[pyfunction]
 #[pyo3(signature = (scenario, seed = 0))]
 fn simulate(py: Python<'_>, scenario: PathBuf, seed: u64) -> PyResult<PyRecording> {

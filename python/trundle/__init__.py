@@ -11,17 +11,22 @@ from trundle import objects
 from trundle._native import Planner, __version__
 from trundle._registration import register_environments as _register_environments
 from trundle.design import Design, design
-from trundle.diagnosis import Diagnosis, Fit, diagnose, fit, predict
+from trundle.diagnosis import Diagnosis, Fit, diagnose, fit
+from trundle.episode import Episode
+from trundle.findings import Finding, Findings
 from trundle.identifiability import Profile, profile
 from trundle.inspection import check, inspect, prepare, smooth
 from trundle.model import Model, effects
 from trundle.online import Online
 from trundle.posterior import Posterior, sample
+from trundle.prediction import Prediction, predict
 from trundle.recording import Recording, TrundleError, read
 from trundle.simulation import demo, simulate
+from trundle.stream import Stream
+from trundle.summary import RecordingSummary
 
 if _TYPE_CHECKING:
-    from trundle import baselines, envs, export, plots
+    from trundle import baselines, calibration, envs, export, importers, plots, report
     from trundle.agent import AdaptiveAgent
     from trundle.record_wrapper import Record
     from trundle.viewing import view
@@ -30,17 +35,24 @@ __all__ = [
     "AdaptiveAgent",
     "Design",
     "Diagnosis",
+    "Episode",
+    "Finding",
+    "Findings",
     "Fit",
     "Model",
     "Online",
     "Planner",
     "Posterior",
+    "Prediction",
     "Profile",
     "Record",
     "Recording",
+    "RecordingSummary",
+    "Stream",
     "TrundleError",
     "__version__",
     "baselines",
+    "calibration",
     "check",
     "demo",
     "design",
@@ -49,6 +61,7 @@ __all__ = [
     "envs",
     "export",
     "fit",
+    "importers",
     "inspect",
     "objects",
     "plots",
@@ -56,6 +69,7 @@ __all__ = [
     "prepare",
     "profile",
     "read",
+    "report",
     "sample",
     "simulate",
     "smooth",
@@ -66,9 +80,12 @@ _LAZY = {
     "AdaptiveAgent": "trundle.agent",
     "Record": "trundle.record_wrapper",
     "baselines": "trundle",
+    "calibration": "trundle",
     "envs": "trundle",
     "export": "trundle",
+    "importers": "trundle",
     "plots": "trundle",
+    "report": "trundle",
     "view": "trundle.viewing",
 }
 """Modules of the public names that are imported on first use, because they take long."""

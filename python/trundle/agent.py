@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from trundle._native import Model, Planner, Pushing, TrundleError
 from trundle.belief import Belief, Update, freely_rolling_model, observation_metadata, uniform_model
 from trundle.braking import braking_action, exceeds_limits_soon
+from trundle.display import Card, Displayed
 from trundle.envs.observation import COMMON_ENTRIES, Observation
 from trundle.learners import make_learner
 from trundle.picture import outlines
@@ -56,7 +57,7 @@ class Pushable(Protocol):
         """Return the content of `recording.toml`: the visible object, and the noise of the instruments."""
 
 
-class AdaptiveAgent:
+class AdaptiveAgent(Displayed):
     """Adaptive agent for `trundle.envs.Push`'s tasks and environments with the same spaces.
 
     The agent starts from a model of the object, by default uniform and rolling freely. It plans pushes on the
@@ -173,6 +174,18 @@ class AdaptiveAgent:
         self._steps_per_update = max(1, round(push / period))
         self._last_learning_step = np.inf if pushes is None else pushes * self._steps_per_update
         self._beliefs: tuple[Belief, ...] = ()
+
+    def _card(self) -> Card:
+        adapts = "estimates while pushing" if self._adapts else "keeps its first model"
+        facts = [
+            ("model", f"{adapts}{', starts with several models' if self._probes else ''}"),
+            (
+                "episodes",
+                f"{len(self._beliefs)} in progress, {sum(len(b.updates) for b in self._beliefs)} updates",
+            ),
+            ("actions", f"every {self._period:.3g} s, one plan per {self._steps_per_plan} actions"),
+        ]
+        return Card("trundle.AdaptiveAgent", facts)
 
     @property
     def beliefs(self) -> tuple[Belief, ...]:

@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
+from trundle.display import Card, Displayed
 
 __all__ = [
     "LinearRegression",
@@ -61,8 +62,8 @@ def _inputs(before: ArrayLike, wrench: ArrayLike, dt: ArrayLike) -> tuple[Floats
     return states, wrenches, np.broadcast_to(times, (len(states),)).copy()
 
 
-@dataclass(frozen=True, eq=False)
-class Transitions:
+@dataclass(frozen=True, eq=False, repr=False)
+class Transitions(Displayed):
     """Observations (eq. 7).
 
     Attributes
@@ -94,6 +95,9 @@ class Transitions:
 
     def __len__(self) -> int:
         return len(self.before)
+
+    def _card(self) -> Card:
+        return Card(f"trundle.baselines.Transitions: {len(self)} transitions, {self.dt.sum():.4g} s in total")
 
     def __getitem__(self, rows: slice | Floats | NDArray[np.bool_] | NDArray[np.int64]) -> Transitions:
         """Return a subset of the transitions."""

@@ -11,8 +11,10 @@ import tomli_w
 from numpy.typing import NDArray
 
 from trundle._native import Laws, Model, Planner, Recording, _Regression
+from trundle.display import Card, Displayed, Table
 from trundle.envs.observation import Observation
 from trundle.online import Online
+from trundle.report.quantity import format_estimate
 
 __all__ = ["Belief", "Update", "freely_rolling_model", "observation_metadata", "uniform_model"]
 
@@ -22,8 +24,8 @@ RELEASE_TIME_S = 1e-4
 """Time in which the wrench drops to zero after the gripper releases the object, s."""
 
 
-@dataclass(frozen=True)
-class Update:
+@dataclass(frozen=True, repr=False)
+class Update(Displayed):
     """Result of one fit.
 
     Attributes
@@ -54,8 +56,18 @@ class Update:
     value_of_information: float = 0.0
     regrasp: tuple[float, float] | None = None
 
+    def _card(self) -> Card:
+        rows = [(one["name"], format_estimate(one["mean"], one["sd"]), one["unit"]) for one in self.estimate]
+        named = ", ".join((*self.named, *(f"{name} (supposed)" for name in self.supposed)))
+        facts = [("named effects", named)] if named else []
+        return Card(
+            f"trundle.agent.Update at {self.time:.2f} s",
+            facts,
+            Table(("parameter", "estimate", "unit"), rows),
+        )
 
-class Belief:
+
+class Belief(Displayed):
     """The observations of one episode and the models estimated from them.
 
     Parameters
@@ -106,6 +118,14 @@ class Belief:
         self.observations: list[Observation] = [first]
         self.next_grasp: Array | None = None
         self.has_released = False
+
+    def _card(self) -> Card:
+        facts = [
+            ("models", str(len(self.models))),
+            ("updates", str(len(self.updates))),
+            ("observations", str(len(self.observations))),
+        ]
+        return Card("trundle.agent.Belief", facts)
 
     @property
     def model(self) -> Model:

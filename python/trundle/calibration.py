@@ -15,6 +15,7 @@ from trundle._native import TrundleError
 from trundle._optional import require
 from trundle._types import CalibrationRound, CalibrationTable
 from trundle.atomic import atomic_file, write_text
+from trundle.display import Card, Displayed, Table
 from trundle.experiments.backends import Backend, Local
 from trundle.progress import ProgressOption, report_progress
 
@@ -26,8 +27,8 @@ ROUNDS_PER_BATCH = 4
 """Number of rounds per job; the results are written after each job."""
 
 
-@dataclass(frozen=True)
-class Calibration:
+@dataclass(frozen=True, repr=False)
+class Calibration(Displayed):
     """Result of a calibration.
 
     Attributes
@@ -42,6 +43,22 @@ class Calibration:
 
     table: CalibrationTable
     rounds: list[CalibrationRound]
+
+    def _card(self) -> Card:
+        rows = [
+            (
+                one["name"],
+                f"{one['cover_50'][0]:.1%}",
+                f"{one['cover_90'][0]:.1%}",
+                f"{one['uniform_p']:.2g}",
+            )
+            for one in self.table["parameters"]
+        ]
+        title = (
+            f"trundle.Calibration {self.table['name']!r}: {self.table['method']}, {len(self.rounds)} rounds"
+        )
+        heads = ("parameter", "50 % covers", "90 % covers", "p of uniform ranks")
+        return Card(title, (), Table(heads, rows))
 
     def figure(self, path: PathLike) -> Path:
         """Draw histograms of the ranks, with the 95 % band of uniform ranks, to a PNG or SVG file."""
@@ -109,6 +126,13 @@ def calibrate(
     ------
     TrundleError
         If the settings are invalid, or ``out`` contains another calibration.
+
+    Examples
+    --------
+    >>> settings = "configs/experiments/calibrate.toml"
+    >>> calibration = trundle.calibration.calibrate(settings, replicates=1)
+    >>> len(calibration.rounds)
+    1
     """
     if replicates < 1:
         raise TrundleError(f"replicates = {replicates}: at least one round is needed")

@@ -16,6 +16,7 @@ from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.atomic import write_text
 from trundle.diagnosis import Fit, PathLike, fit, native_recording, read_model
+from trundle.display import Card, Displayed, Table
 from trundle.progress import ProgressOption, report_progress
 
 if sys.version_info >= (3, 11):
@@ -31,8 +32,8 @@ DEFAULT_NOISE_SD = (0.0005, 0.00175, 0.4, 0.05)
 """Default standard deviations of position, heading, force and torque without a recording: m, rad, N, N·m."""
 
 
-@dataclass(frozen=True)
-class DesignedPush:
+@dataclass(frozen=True, repr=False)
+class DesignedPush(Displayed):
     """One push of a design.
 
     Attributes
@@ -79,9 +80,18 @@ class DesignedPush:
             "knots": self.knots.tolist(),
         }
 
+    def _card(self) -> Card:
+        facts = [
+            ("grasp", f"({self.grasp[0]:.3g}, {self.grasp[1]:.3g}) m, direction {self.direction:.3g} rad"),
+            ("limits", f"{self.force:.3g} N, {self.torque:.3g} N·m, {self.duration:.3g} s"),
+            ("separation", f"{self.separation:.3g} nats, {self.cumulative:.3g} with the previous pushes"),
+            ("push", self.sentence),
+        ]
+        return Card(f"trundle.DesignedPush: {self.profile}", facts)
 
-@dataclass(frozen=True)
-class Design:
+
+@dataclass(frozen=True, repr=False)
+class Design(Displayed):
     """The pushes that best discriminate two models.
 
     Attributes
@@ -106,6 +116,12 @@ class Design:
     warnings : tuple of str
         A sentence with the residuals if neither model explains the recording. The design assumes that one of
         them is true.
+
+    Examples
+    --------
+    >>> design = trundle.design("model.toml", "wheel.toml", force=60.0, duration=2.0)
+    >>> design.pushes[0].separation > 10.0  # nats
+    True
     """
 
     models: tuple[str, str]
@@ -118,6 +134,18 @@ class Design:
     fitted: tuple[Model, Model]
     warnings: tuple[str, ...]
     _answer: dict[str, Any]
+
+    def _card(self) -> Card:
+        rows = [
+            (str(number), push.profile, f"{push.separation:.3g}", f"{push.cumulative:.3g}", push.sentence)
+            for number, push in enumerate(self.pushes, 1)
+        ]
+        facts = [
+            ("models", " or ".join(self.models)),
+            ("result", self.sentence),
+        ]
+        heads = ("push", "profile", "nats", "in total", "instruction")
+        return Card(f"trundle.Design: {len(self.pushes)} pushes", facts, Table(heads, rows))
 
     def to_json(self) -> str:
         """Return the content of ``design.json``."""
@@ -216,6 +244,12 @@ def design(
     ------
     TrundleError
         If a model has no footprint or no value for a parameter, cannot be fitted, or a limit is not positive.
+
+    Examples
+    --------
+    >>> design = trundle.design("model.toml", "wheel.toml", force=60.0, duration=2.0)
+    >>> design.models
+    ('coulomb_friction', 'a model without coulomb_friction')
     """
     if pushes < 1:
         raise TrundleError(f"pushes = {pushes}: at least one is needed")

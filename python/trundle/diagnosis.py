@@ -1,4 +1,4 @@
-"""Estimation, prediction and diagnosis of models from recordings."""
+"""Estimation and diagnosis of models from recordings."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle._types import Answer, FitSummary
-from trundle.atomic import atomic_file, atomic_folder
+from trundle.atomic import atomic_folder
 from trundle.black_box import Parameters, Step, parse_parameters
+from trundle.display import Card, Displayed
+from trundle.display.results import diagnosis_card, fit_card
 from trundle.input_checks import require_usable
 from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs, render
@@ -21,14 +23,14 @@ from trundle.report import inputs, render
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
+__all__ = ["Diagnosis", "Fit", "diagnose", "fit"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 Likelihood: TypeAlias = Literal["filter", "steps", "final", "windows", "wrench"]
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, repr=False)
+class Fit(Displayed):
     """A model fitted to a recording.
 
     Attributes
@@ -46,6 +48,13 @@ class Fit:
         - ``identifiability``: identifiable directions and combinations, and the number of starts that agree.
           Absent if a caller's prior excludes the data.
         - ``training`` and ``held_out``: error metrics; None where a metric does not apply.
+
+    Examples
+    --------
+    >>> fitted = trundle.fit(recording, "free.toml")
+    >>> fitted.explains_data
+    True
+    >>> fitted.model.write("fitted.toml")
     """
 
     model: Model
@@ -73,9 +82,12 @@ class Fit:
 
         return plots.fit(self, recording)
 
+    def _card(self) -> Card:
+        return fit_card(self.summary)
 
-@dataclass(frozen=True)
-class Diagnosis:
+
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Displayed):
     """Result of a diagnosis.
 
     Attributes
@@ -89,6 +101,14 @@ class Diagnosis:
     series : dict
         The curves in the report by episode, SI units: observed and simulated poses and, if wrenches are
         compared, recorded and required ones (``wrench``: ``t``, ``recorded``, ``before``, ``after``).
+
+    Examples
+    --------
+    >>> diagnosis.verdict, diagnosis.missing
+    ('explained', ['coulomb_friction'])
+    >>> before, after = (diagnosis.answer["fit"]["held_out"][side] for side in ("before", "after"))
+    >>> after["position_rmse"] < before["position_rmse"]  # m
+    True
     """
 
     answer: Answer
@@ -135,6 +155,9 @@ class Diagnosis:
             self._outcome.write(partial)
             (partial / "report.html").write_text(self.report, encoding="utf-8")
         return Path(folder)
+
+    def _card(self) -> Card:
+        return diagnosis_card(self.answer)
 
 
 ANSWER_FILE = "diagnosis.json"
@@ -213,6 +236,12 @@ def fit(
     TrundleError
         If there is not enough data, the model does not fit the object, the recordings contradict each other,
         or a prior is invalid. Exceptions of ``step`` are passed on.
+
+    Examples
+    --------
+    >>> fitted = trundle.fit(recording, "free.toml", starts=2)
+    >>> [parameter["name"] for parameter in fitted.summary["parameters"]]
+    ['coulomb_friction.force']
     """
     if starts < (1 if start is None else 0):
         raise TrundleError(f"starts = {starts}: at least one start is needed")
@@ -232,35 +261,6 @@ def fit(
             progress=report,
         )
     return Fit(fitted, summary)
-
-
-def predict(recording: Recording | PathLike, model: Model | PathLike, out: PathLike) -> Path:
-    """Simulate every episode in open loop and write predicted and recorded poses.
-
-    Parameters
-    ----------
-    recording : Recording or path
-    model : Model or path
-        Must contain a value for every parameter.
-    out : path
-        Output Parquet file with ``episode``, ``t`` (s), ``observed_x``, ``observed_y`` (m),
-        ``observed_theta`` (rad) and the same ``predicted_*``, one row per pose sample. It is written
-        atomically.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    TrundleError
-        If a parameter of the model has no value.
-    """
-    target = Path(out)
-    with atomic_file(target) as part:
-        _native._predict(native_recording(recording), read_model(model), part)
-    return target
 
 
 def diagnose(
@@ -320,6 +320,14 @@ def diagnose(
         not enough data, or the model does not fit the object. With ``step``, if it raises an exception or
         returns anything but six finite numbers: the message names the episode, the time, the state and the
         values, and the exception is the cause.
+
+    Examples
+    --------
+    >>> diagnosis = trundle.diagnose(recording, "free.toml")
+    >>> diagnosis.verdict, diagnosis.missing
+    ('consistent', [])
+    >>> diagnosis.write("diagnosis").name
+    'diagnosis'
     """
     warnings = require_usable(recording) if check else []
     if step is not None:

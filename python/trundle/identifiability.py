@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.diagnosis import PathLike, native_model, native_recording
+from trundle.display import Card, Displayed, Table
+from trundle.display.formatting import format_number
 from trundle.progress import ProgressOption, report_progress
 
 __all__ = ["CHI2_1_QUANTILE_90", "Profile", "format_identifiability", "profile"]
@@ -21,8 +23,8 @@ CHI2_1_QUANTILE_90 = 2.705543454
 """90 % quantile of the χ² distribution with one degree of freedom."""
 
 
-@dataclass(frozen=True)
-class Profile:
+@dataclass(frozen=True, repr=False)
+class Profile(Displayed):
     """Profile likelihood of one parameter.
 
     Attributes
@@ -42,6 +44,15 @@ class Profile:
         Local optima inside the interval. Several optima are an ambiguity.
     mean, sd : float or None
         The Laplace estimate of the fit, if the parameter is identifiable.
+
+    Examples
+    --------
+    >>> profile = trundle.profile(recording, "coulomb_friction.force", "free.toml", starts=2)
+    >>> profile.shape
+    'two-sided'
+    >>> low, high = profile.interval
+    >>> low < profile.mean < high
+    True
     """
 
     name: str
@@ -67,6 +78,14 @@ class Profile:
         if len(self.modes) > 1:
             text += "; local optima at " + ", ".join(f"{mode:.4g}" for mode in self.modes)
         return text
+
+    def _card(self) -> Card:
+        rows = [
+            (format_number(value), format_number(deviance))
+            for value, deviance in zip(self.values, self.deviance, strict=True)
+        ]
+        table = Table((f"{self.name}, {self.unit}", "deviance"), rows)
+        return Card(f"trundle.Profile: {self}", (), table)
 
     def plot(self, width: int = 60) -> str:
         """Return a text plot with one line per value: the bar is the deviance, `|` the 90 % threshold."""
@@ -112,6 +131,11 @@ def profile(
     ------
     TrundleError
         If the parameter is not free, or the fit is not possible.
+
+    Examples
+    --------
+    >>> print(trundle.profile(recording, "coulomb_friction.force", "free.toml", starts=2))
+    coulomb_friction.force lies between ... N and ... N (90 %)
     """
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")

@@ -1,5 +1,71 @@
 """Inspection of recordings: statistics, checks, tared and transformed wrenches, smoothed motion."""
 
-from trundle._native import check, inspect, prepare, smooth
+from __future__ import annotations
+
+import os
+from typing import TypeAlias
+
+from trundle import _native
+from trundle._native import Recording, prepare, smooth
+from trundle.findings import Finding, Findings
+from trundle.summary import RecordingSummary
 
 __all__ = ["check", "inspect", "prepare", "smooth"]
+
+PathLike: TypeAlias = "str | os.PathLike[str]"
+
+
+def check(recording: Recording | PathLike) -> Findings:
+    """Check a recording for mistakes, without any model, as ``trundle check`` does.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        The recording, or its folder.
+
+    Returns
+    -------
+    Findings
+        A sequence of `Finding`, most severe first: units, signs, axes, clocks, tare and excitation.
+
+    Raises
+    ------
+    TrundleError
+        If the recording cannot be read.
+
+    Examples
+    --------
+    >>> for finding in trundle.check(recording):
+    ...     print(finding.severity, finding.kind, finding.remedy)
+    >>> trundle.check(recording).errors
+    []
+    """
+    return Findings(Finding(**found) for found in _native._check(recording))
+
+
+def inspect(recording: Recording | PathLike) -> RecordingSummary:
+    """Summarise a recording in numbers, as ``trundle info`` does.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        The recording, or its folder.
+
+    Returns
+    -------
+    RecordingSummary
+        Noise and mass, and for each episode the rates, gaps, numbers of masked samples, ranges of the tared
+        wrench, travel and speed.
+
+    Raises
+    ------
+    TrundleError
+        If the recording cannot be read, or a raw reading cannot be tared.
+
+    Examples
+    --------
+    >>> summary = trundle.inspect(recording)
+    >>> [episode.name for episode in summary.episodes if episode.held_out]
+    ['episode_02']
+    """
+    return RecordingSummary.parse(_native._inspect(recording))

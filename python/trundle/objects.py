@@ -14,12 +14,14 @@ import os
 from dataclasses import dataclass
 
 from trundle._native import Model, _object
+from trundle.display import Card, Displayed
+from trundle.display.formatting import join_names
 
 __all__ = ["Object", "read"]
 
 
-@dataclass(frozen=True)
-class Object:
+@dataclass(frozen=True, repr=False)
+class Object(Displayed):
     """An object.
 
     Attributes
@@ -42,6 +44,11 @@ class Object:
     bare: Model
     models: dict[str, Model]
     sources: dict[str, str | None]
+
+    def _card(self) -> Card:
+        radius = "not stated" if self.radius is None else f"{self.radius:.3g} m"
+        facts = [("configurations", join_names(list(self.models))), ("radius", radius)]
+        return Card(f"trundle.objects.Object {self.name!r}", facts)
 
 
 def read(path: str | os.PathLike[str]) -> Object:

@@ -13,11 +13,13 @@ from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle._types import Estimate
 from trundle.diagnosis import PathLike
+from trundle.display import Card, Displayed, Table
+from trundle.report.quantity import format_estimate
 
 __all__ = ["Online"]
 
 
-class Online:
+class Online(Displayed):
     """Estimate that each push, or each chunk of samples, updates at a bounded cost.
 
     The log likelihood of each push is approximated by a quadratic in the parameters. A new push updates the
@@ -27,7 +29,8 @@ class Online:
     Parameters
     ----------
     metadata : mapping
-        Content of ``recording.toml``: object, frames, tare and noise (docs/recordings.md).
+        Content of ``recording.toml``: object, frames, tare and noise (docs/recordings.md). The split into
+        training and held-out episodes does not apply to pushes and is ignored.
     model : Model or path, optional
         Model whose parameters without a value are estimated; by default the paper's model.
     starts, seed : int
@@ -42,10 +45,10 @@ class Online:
 
     Examples
     --------
-    >>> online = trundle.Online(metadata)                   # doctest: +SKIP
-    >>> online.update(columns_of_a_push)                    # doctest: +SKIP
-    >>> online.estimate()[0]                                # doctest: +SKIP
-    {'name': 'body.mass', 'mean': 22.1, 'sd': 0.1, 'unit': 'kg', 'identifiable': True}
+    >>> online = trundle.Online(recording.metadata, "free.toml", starts=2)
+    >>> online.update(recording["episode_00"])
+    >>> online.estimate()[0]["name"], online.pushes
+    ('coulomb_friction.force', 1)
     """
 
     def __init__(
@@ -60,7 +63,8 @@ class Online:
         if starts < 1 or kept < 1:
             raise TrundleError(f"starts = {starts}, kept = {kept}: each must be at least one")
         initial = Model.read(model) if isinstance(model, str | os.PathLike) else model
-        self._native = _native._Online(metadata, initial, starts=starts, seed=seed, kept=kept)
+        described = {key: value for key, value in metadata.items() if key != "split"}
+        self._native = _native._Online(described, initial, starts=starts, seed=seed, kept=kept)
         self._chunks: list[dict[str, NDArray[np.float64]]] = []
 
     def update(self, push: Mapping[str, ArrayLike] | Recording | None = None) -> None:
@@ -164,6 +168,19 @@ class Online:
     def hypotheses(self) -> int:
         """Number of modes of the posterior that are still tracked."""
         return self._native.hypotheses
+
+    def _card(self) -> Card:
+        rows = [
+            (
+                one["name"],
+                format_estimate(one["mean"], one["sd"]) if one["identifiable"] else "not identifiable",
+                one["unit"],
+            )
+            for one in self.estimate()
+        ]
+        waiting = [("waiting", self.waiting)] if self.waiting else []
+        title = f"trundle.Online: {self.pushes} pushes, {self.hypotheses} hypotheses"
+        return Card(title, waiting, Table(("parameter", "estimate", "unit"), rows))
 
     def _joined(self) -> dict[str, NDArray[np.float64]]:
         if not self._chunks:

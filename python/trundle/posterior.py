@@ -17,6 +17,8 @@ from trundle._native import Model, Recording, TrundleError
 from trundle._optional import require
 from trundle.atomic import atomic_file
 from trundle.diagnosis import native_model, native_recording
+from trundle.display import Card, Displayed
+from trundle.display.results import posterior_card
 from trundle.progress import ProgressOption, report_progress
 
 if TYPE_CHECKING:
@@ -37,8 +39,8 @@ MIN_EFFECTIVE_DRAWS = 400
 """Minimum effective sample size for reliable R-hat and quantiles (Vehtari et al. 2021)."""
 
 
-@dataclass(frozen=True)
-class Posterior:
+@dataclass(frozen=True, repr=False)
+class Posterior(Displayed):
     """Draws of a posterior.
 
     Attributes
@@ -55,6 +57,14 @@ class Posterior:
     stats : dict of str to ndarray, shape (chain, draw)
         ``lp`` (log density, not normalised), ``diverging``, ``n_steps`` (evaluations of the density).
     seed : int
+
+    Examples
+    --------
+    >>> posterior = trundle.sample(recording, "free.toml", draws=50, starts=2)
+    >>> posterior.draws["coulomb_friction.force"].shape  # chains, draws
+    (4, 50)
+    >>> posterior.log_likelihood.dims
+    ('chain', 'draw', 'episode')
     """
 
     summary: dict[str, Any]
@@ -85,6 +95,27 @@ class Posterior:
         return {name: predicted for name, (predicted, _) in self._predicted.items()}
 
     @cached_property
+    def log_likelihood(self) -> xr.DataArray:
+        """Log likelihood of each training episode at each draw, nats: dimensions chain, draw, episode.
+
+        The points of ``arviz.loo`` are episodes, because only episodes are independent given the parameters:
+        the samples of one episode share its tare error, its initial state and the filter's memory. ArviZ thus
+        estimates how well the model predicts a new episode. With the Laplace approximation the estimate is
+        that of the approximate posterior.
+        """
+        xarray = require("xarray", "arviz", "xarray arrays")
+        episodes, values = self._native.log_likelihood()
+        coords = {
+            "chain": np.arange(values.shape[0]),
+            "draw": np.arange(values.shape[1]),
+            "episode": episodes,
+        }
+        found: xr.DataArray = xarray.DataArray(
+            values, coords, ("chain", "draw", "episode"), attrs={"units": "nats"}
+        )
+        return found
+
+    @cached_property
     def _predicted(self) -> dict[str, tuple[xr.DataArray, xr.DataArray]]:
         """Return predicted and observed poses by episode."""
         xr = import_xarray()
@@ -101,9 +132,11 @@ class Posterior:
         return found
 
     def groups(self) -> dict[str, xr.Dataset]:
-        """Return the ArviZ groups posterior, sample_stats, posterior_predictive and observed_data.
+        """Return the ArviZ groups: posterior, sample_stats, log_likelihood and those of the predictions.
 
-        The poses of an episode are the variable ``pose_NAME`` with the dimension ``time_NAME``.
+        In ``posterior_predictive`` and ``observed_data``, the poses of an episode are the variable
+        ``pose_NAME`` with the dimension ``time_NAME``. In ``log_likelihood``, the variable ``episodes`` has
+        the dimensions chain, draw and episode; see `log_likelihood`.
         """
         xarray = import_xarray()
 
@@ -138,12 +171,21 @@ class Posterior:
         return {
             "posterior": posterior,
             "sample_stats": table(self.stats),
+            "log_likelihood": xr.Dataset({"episodes": self.log_likelihood}),
             "posterior_predictive": poses(0),
             "observed_data": poses(1),
         }
 
     def to_inference_data(self) -> Any:
-        """Return an ``arviz.InferenceData``, or an ``xarray.DataTree`` with ArviZ 1."""
+        """Return an ``arviz.InferenceData``, or an ``xarray.DataTree`` with ArviZ 1.
+
+        Examples
+        --------
+        >>> import arviz
+        >>> data = posterior.to_inference_data()
+        >>> int(arviz.loo(data).n_data_points)  # the training episodes
+        2
+        """
         az = import_arviz()
         if az.__version__.startswith("0."):  # version 1 has a placeholder of the same name
             return az.InferenceData(**self.groups())
@@ -156,6 +198,9 @@ class Posterior:
         with atomic_file(target) as part:
             import_xarray().DataTree.from_dict(self.groups()).to_netcdf(part, engine="h5netcdf")
         return target
+
+    def _card(self) -> Card:
+        return posterior_card(self.summary)
 
 
 def sample(
@@ -205,6 +250,12 @@ def sample(
     TrundleError
         If there is not enough data, no parameter is free, a setting is invalid, or the extra
         `trundle[arviz]` is not installed.
+
+    Examples
+    --------
+    >>> posterior = trundle.sample(recording, "free.toml", draws=50, starts=2)
+    >>> posterior.summary["parameters"][0]["name"]
+    'coulomb_friction.force'
     """
     for name, value in {"chains": chains, "draws": draws, "warmup": warmup, "starts": starts}.items():
         if value < 0:

@@ -23,10 +23,10 @@ def clean() -> tuple[dict[str, Any], TABLES]:
 
 
 @pytest.fixture
-def found(clean: tuple[dict[str, Any], TABLES]) -> Callable[[Corrupt], list[dict[str, Any]]]:
+def found(clean: tuple[dict[str, Any], TABLES]) -> Callable[[Corrupt], trundle.Findings]:
     """Return the findings about the clean recording after it was corrupted."""
 
-    def check(corrupt: Corrupt) -> list[dict[str, Any]]:
+    def check(corrupt: Corrupt) -> trundle.Findings:
         described, episodes = deepcopy(clean)
         corrupt(described, episodes)
         return trundle.check(trundle.Recording(described, episodes))

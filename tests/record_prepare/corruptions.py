@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import trundle
 from tests.record_prepare.varied import Drawn, Tables, draw
 
 __all__ = ["CORRUPTIONS", "Corruption"]
@@ -38,12 +39,12 @@ class Corruption:
         self.change(drawn, metadata, tables)
         return metadata, tables
 
-    def found(self, findings: list[dict[str, Any]]) -> bool:
+    def found(self, findings: trundle.Findings) -> bool:
         """Return whether the finding exists, with the right remedy."""
         return any(
-            finding["kind"] in self.kinds
-            and finding["severity"] != "note"
-            and any(word in finding["sentence"] + finding["remedy"] for word in self.words)
+            finding.kind in self.kinds
+            and finding.severity != "note"
+            and any(word in finding.sentence + finding.remedy for word in self.words)
             for finding in findings
         )
 

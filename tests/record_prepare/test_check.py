@@ -23,7 +23,7 @@ from tests.record_prepare.table import (
     turn,
 )
 
-Found = Callable[[Corrupt], list[dict[str, Any]]]
+Found = Callable[[Corrupt], trundle.Findings]
 
 CLEAN = {
     "locked wheel": Table(),
@@ -41,7 +41,7 @@ CLEAN = {
 @pytest.mark.parametrize("table", CLEAN.values(), ids=CLEAN.keys())
 def test_clean_recordings_have_no_findings(table: Table) -> None:
     findings = trundle.check(recording(table))
-    assert [f for f in findings if f["severity"] != "note"] == []
+    assert [f for f in findings if f.severity != "note"] == []
     assert "mass" not in kinds(findings, "note")
 
 
@@ -97,8 +97,8 @@ def test_a_rail() -> None:
     assert kinds(trundle.check(rail(-1.0)), "error") == {"sign"}
 
 
-def kinds(findings: list[dict[str, Any]], *severities: str) -> set[str]:
-    return {f["kind"] for f in findings if f["severity"] in severities}
+def kinds(findings: trundle.Findings, *severities: str) -> set[str]:
+    return {f.kind for f in findings if f.severity in severities}
 
 
 def scale(prefix: tuple[str, ...], factor: float) -> Corrupt:
@@ -219,13 +219,13 @@ CORRUPTIONS: dict[str, tuple[Corrupt, str]] = {
 def test_each_corruption_is_reported(found: Found, corrupt: Corrupt, kind: str) -> None:
     findings = found(corrupt)
     assert kind in kinds(findings, "error", "warning", "note"), findings
-    assert all(f["sentence"] and f["remedy"] for f in findings)
+    assert all(f.sentence and f.remedy for f in findings)
 
 
 def test_a_wrong_sign_is_described(found: Found) -> None:
     first = found(wrong_sign)[0]
-    assert first["severity"] == "error"
-    assert "wrong direction" in first["sentence"] and "on_sensor" in first["remedy"]
+    assert first.severity == "error"
+    assert "wrong direction" in first.sentence and "on_sensor" in first.remedy
 
 
 def test_errors_of_preparation_are_findings(found: Found) -> None:
@@ -239,8 +239,8 @@ def test_errors_of_preparation_are_findings(found: Found) -> None:
             columns |= {name: np.nan_to_num(columns[name]) for name in ("force_x", "force_y", "torque_z")}
 
     [finding] = found(tilting)
-    assert (finding["kind"], finding["severity"]) == ("unusable", "error")
-    assert "gripper_mass" in finding["remedy"]
+    assert (finding.kind, finding.severity) == ("unusable", "error")
+    assert "gripper_mass" in finding.remedy
 
 
 def test_a_spinning_table_is_not_in_degrees() -> None:
@@ -258,4 +258,4 @@ def no_noise(table: Table) -> trundle.Recording:
 def test_a_noiseless_simulation_has_no_findings() -> None:
     for stated in ({}, {"noise": NOISE}):
         findings = trundle.check(no_noise(Table(episodes=3, metadata=stated)))
-        assert [f for f in findings if f["severity"] != "note"] == []
+        assert [f for f in findings if f.severity != "note"] == []

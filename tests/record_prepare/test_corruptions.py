@@ -48,11 +48,11 @@ def full(seed: int, chosen: tuple[tuple[str, Any], ...]) -> Drawn:
     return draw(seed, **dict(chosen))
 
 
-def warned(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return [finding for finding in findings if finding["severity"] != "note"]
+def warned(findings: trundle.Findings) -> list[trundle.Finding]:
+    return [finding for finding in findings if finding.severity != "note"]
 
 
-def check(corruption: Corruption, drawn: Drawn) -> list[dict[str, Any]]:
+def check(corruption: Corruption, drawn: Drawn) -> trundle.Findings:
     return trundle.check(trundle.Recording(*corruption.apply(drawn)))
 
 
@@ -65,7 +65,7 @@ def test_each_corruption_is_found_with_its_remedy(corruption: Corruption) -> Non
     clean = short(corruption.chosen.get("frame", "sensor"))
     findings = check(corruption, clean)
     assert corruption.found(findings), findings
-    kinds = [(finding["kind"], finding["sentence"]) for finding in warned(findings)]
+    kinds = [(finding.kind, finding.sentence) for finding in warned(findings)]
     assert len(kinds) <= 4, "findings are grouped, not repeated by episode"
 
 
@@ -85,7 +85,7 @@ def test_a_delay_of_half_a_sample_is_estimated(seed: int) -> None:
     drawn = draw(seed, slow=False, rates=(100.0, 100.0), contact="grasp")
     assert warned(trundle.check(recording(drawn))) == []
     [finding] = warned(check(Corruption(late(0.005), ("clocks",), (), {}), drawn))
-    estimate, direction = re.findall(r"runs ([\d.]+) ± [\d.]+ ms (late|early)", finding["sentence"])[0]
+    estimate, direction = re.findall(r"runs ([\d.]+) ± [\d.]+ ms (late|early)", finding.sentence)[0]
     assert direction == "late"
     assert 3.0 < float(estimate) < 7.0
 
@@ -124,7 +124,7 @@ def test_runs_of_lost_poses_have_no_findings() -> None:
         some = ~(np.isnan(columns["object_x"]) & np.isnan(columns["force_x"]))
         columns.update({name: values[some] for name, values in columns.items()})
     findings = trundle.check(trundle.Recording(clean.metadata, tables))
-    assert [finding for finding in warned(findings) if finding["kind"] == "gaps"] == []
+    assert [finding for finding in warned(findings) if finding.kind == "gaps"] == []
 
 
 @pytest.mark.slow

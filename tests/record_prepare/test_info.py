@@ -22,19 +22,19 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_statistics_agree_with_the_table(folder: Path) -> None:
     info = trundle.inspect(folder)
-    assert info["noise"]["pose"] == pytest.approx(NOISE["pose"], rel=0.15)
-    assert info["noise"]["force"] == pytest.approx(NOISE["force"], rel=0.1)
-    assert info["noise"]["torque"] == pytest.approx(NOISE["torque"], rel=0.1)
-    assert not info["noise"]["stated"]
-    assert 0.3 * MASS < info["mass"] < 5 * MASS
-    assert [episode["held_out"] for episode in info["episodes"]] == [False, False, True]
-    for episode in info["episodes"]:
-        assert episode["object"]["rate"] == pytest.approx(1000 / 17)
-        assert episode["wrench"]["rate"] == pytest.approx(100.0)
-        assert episode["counts"]["pose_outliers"] == 0
-        assert 0.5 < episode["contact"] < 0.75
-        assert 10.0 < episode["peak_force"] < 60.0
-        assert episode["travel"][0] > 0.1
+    assert info.noise.pose == pytest.approx(NOISE["pose"], rel=0.15)
+    assert info.noise.force == pytest.approx(NOISE["force"], rel=0.1)
+    assert info.noise.torque == pytest.approx(NOISE["torque"], rel=0.1)
+    assert not info.noise.stated
+    assert 0.3 * MASS < info.mass < 5 * MASS
+    assert [episode.held_out for episode in info.episodes] == [False, False, True]
+    for episode in info.episodes:
+        assert episode.object.rate == pytest.approx(1000 / 17)
+        assert episode.wrench.rate == pytest.approx(100.0)
+        assert episode.counts.pose_outliers == 0
+        assert 0.5 < episode.contact < 0.75
+        assert 10.0 < episode.peak_force < 60.0
+        assert episode.travel[0] > 0.1
 
 
 def test_drop_outs_are_counted() -> None:
@@ -45,10 +45,10 @@ def test_drop_outs_are_counted() -> None:
     for name in columns:
         if name.startswith("object"):
             columns[name][lost] = float("nan")
-    [episode] = trundle.inspect(trundle.Recording(described, episodes))["episodes"]
-    assert (episode["object"]["gaps"], episode["counts"]["pose_gaps"]) == (1, 1)
-    assert episode["object"]["longest_gap"] > 0.5
-    assert episode["counts"]["stale_pose"] > 30
+    [episode] = trundle.inspect(trundle.Recording(described, episodes)).episodes
+    assert (episode.object.gaps, episode.counts.pose_gaps) == (1, 1)
+    assert episode.object.longest_gap > 0.5
+    assert episode.counts.stale_pose > 30
 
 
 def test_info_prints_a_table_or_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -56,7 +56,7 @@ def test_info_prints_a_table_or_json(folder: Path, capsys: pytest.CaptureFixture
     text = capsys.readouterr().out
     assert "3 episodes, 1 held out" in text and "episode_02  held out" in text
     assert main(["info", str(folder), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == trundle.inspect(folder)
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(trundle.inspect(folder).to_dict()))
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])

@@ -14,8 +14,8 @@ def imported(layout: str, source: Path, out: Path) -> trundle.Recording:
     return trundle.read(out)
 
 
-def grave(recording: trundle.Recording) -> list[tuple[str, str]]:
-    return [(f["kind"], f["episode"]) for f in trundle.check(recording) if f["severity"] != "note"]
+def grave(recording: trundle.Recording) -> list[tuple[str, str | None]]:
+    return [(f.kind, f.episode) for f in trundle.check(recording) if f.severity != "note"]
 
 
 def test_the_rail_has_no_serious_findings(real_data: RealData, tmp_path: Path) -> None:
@@ -26,10 +26,10 @@ def test_the_rail_has_no_serious_findings(real_data: RealData, tmp_path: Path) -
 def test_continuous_logs_have_no_serious_findings(real_data: RealData, tmp_path: Path) -> None:
     recording = imported("cmu-planar-push", real_data("cmu-planar-push/timeseries"), tmp_path / "logs")
     assert grave(recording) == []
-    assert "mass" in {finding["kind"] for finding in trundle.check(recording)}  # quasi-static
-    for episode in trundle.inspect(recording)["episodes"]:
+    assert "mass" in {finding.kind for finding in trundle.check(recording)}  # quasi-static
+    for episode in trundle.inspect(recording).episodes:
         # The tracker flickers, and in some logs loses the attitude for half a second.
-        assert episode["counts"]["pose_outliers"] < 0.05 * episode["object"]["samples"]
+        assert episode.counts.pose_outliers < 0.05 * episode.object.samples
 
 
 def test_single_pushes_have_few_findings(real_data: RealData, tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ def test_fewer_than_five_poses_have_no_motion() -> None:
     columns_left = {name: values for name, values in columns.items()}
     cut = trundle.Recording(whole.metadata, {"episode_00": drop_empty(columns_left)})
     assert trundle.smooth(cut)["episode_00"]["twist"].shape == (0, 3)
-    assert trundle.inspect(cut)["episodes"][0]["peak_speed"] is None
+    assert trundle.inspect(cut).episodes[0].peak_speed is None
 
 
 def drop_empty(columns: dict[str, Floats]) -> dict[str, Floats]:

@@ -198,7 +198,7 @@ def test_a_recording_with_a_regrasp_is_valid_and_can_be_fitted(tmp_path: Path) -
     (wheel,) = hidden.hidden_model()["effect"]
     env.close()
     recording = trundle.read(tmp_path / "r")
-    assert trundle.check(recording) == []
+    assert list(trundle.check(recording)) == []
     fit = trundle.fit(recording, starts=4, seed=0)
     found = {value["name"]: value["mean"] for value in fit.summary["parameters"]}
     assert found["body.mass"] == pytest.approx(22.0, rel=0.01)
@@ -216,11 +216,11 @@ def test_a_slipping_gripper_is_diagnosed(tmp_path: Path) -> None:
         env.step(act(0.2, 0.1 * (-1) ** (k // 8), 0.0, to=(0.6, 0.5) if k == 20 else None))
     env.close()
     recording = trundle.read(tmp_path / "r")
-    assert [found["kind"] for found in trundle.check(recording) if found["kind"] == "grasp"] == []
+    assert [found.kind for found in trundle.check(recording) if found.kind == "grasp"] == []
     columns = dict(recording.episodes["episode_00"])
     columns["gripper_x"] = columns["gripper_x"] + 0.2 * (columns["t"] - 2.4).clip(0.0)
     slips = trundle.Recording(recording.metadata, {"episode_00": columns})
-    assert "grasp" in [found["kind"] for found in trundle.check(slips)]
+    assert "grasp" in [found.kind for found in trundle.check(slips)]
 
 
 def test_play_supports_regrasps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

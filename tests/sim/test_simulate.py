@@ -56,7 +56,7 @@ def test_the_recording_does_not_contain_the_hidden_effect() -> None:
 
 def test_the_demo_has_enough_motion() -> None:
     recording = trundle.simulate(DEMO)
-    errors = [finding for finding in trundle.check(recording) if finding.get("severity") == "error"]
+    errors = [finding for finding in trundle.check(recording) if finding.severity == "error"]
     assert errors == []
     for columns in recording.episodes.values():
         poses = np.column_stack([columns["object_x"], columns["object_y"]])

@@ -50,7 +50,7 @@ pub use answer::Answer;
 pub use fit_check::{FitCheck, check_fit};
 pub use nominal::for_recording;
 pub use platt::platt;
-pub use predictions::{Predictions, predict};
+pub use predictions::{Predictions, predict, prediction_scores};
 pub use run::{Options, Outcome, diagnose, diagnose_recording};
 pub use series::Series;
 pub use stages::STAGES;

@@ -1,9 +1,10 @@
 //! Tables of simulated and recorded poses, from which the error metrics can be recomputed.
 
+use std::collections::BTreeMap;
 use std::path::Path;
-use trundle_infer::{InferError, open_loop, unscored_time};
+use trundle_infer::{Channels, InferError, Score, is_quasi_static, open_loop, score, unscored_time};
 use trundle_model::{Model, Plant};
-use trundle_record::{Column, Error, Prepared, write_parquet};
+use trundle_record::{Column, Dataset, Error, Prepared, write_parquet};
 
 /// A row for each pose sample, and a group of columns for each simulation.
 #[derive(Clone, Debug, Default)]
@@ -61,6 +62,26 @@ impl Predictions {
         all
     }
 
+    /// Name of the episode of each row.
+    pub fn episode(&self) -> &[String] {
+        &self.episode
+    }
+
+    /// Time of each row, s.
+    pub fn t(&self) -> &[f64] {
+        &self.t
+    }
+
+    /// Whether each row counts in the metrics.
+    pub fn scored(&self) -> &[bool] {
+        &self.scored
+    }
+
+    /// Poses of each group by its name: m, m, rad, world; NaN if there is no simulation.
+    pub fn groups(&self) -> impl Iterator<Item = (&'static str, &[[f64; 3]])> {
+        self.groups.iter().map(|(name, poses)| (*name, poses.as_slice()))
+    }
+
     /// Write as Parquet: `episode`, `t` in s, `scored`, and `NAME_x`, `NAME_y`, `NAME_theta` of each group.
     ///
     /// # Errors
@@ -90,4 +111,18 @@ pub fn predict<'a>(
     model: &Model,
 ) -> Result<Predictions, InferError> {
     Ok(Predictions::new(episodes, &[("predicted", Some(&model.resolved()?))], unscored_time(model)))
+}
+
+/// Error metrics of a model without free values on the training and the held-out episodes; `None` without episodes.
+///
+/// # Errors
+/// If a value is free.
+pub fn prediction_scores(data: &Dataset, model: &Model) -> Result<[Option<Score>; 2], InferError> {
+    let values = model.values_with(&BTreeMap::new())?;
+    let (channels, quasi_static) = (Channels::of(&data.noise), is_quasi_static(data));
+    let of = |episodes: &[Prepared]| {
+        let scored = || score(model, &values, &channels, episodes, &data.noise, quasi_static);
+        (!episodes.is_empty()).then(scored).transpose()
+    };
+    Ok([of(&data.training)?, of(&data.held_out)?])
 }

@@ -198,8 +198,9 @@ impl<'a> Target<'a> {
         prior_of(&self.coordinates, &parameters, &self.footprint_terms, z)
     }
 
-    /// Values of all slots in the part `part`, and derivatives of the free ones by their `z`.
-    fn values(&self, z: &[f64], part: usize) -> (Vec<f64>, Vec<f64>) {
+    /// Values of all slots in the episode `part`, and derivatives of the free ones by their `z`. Without per-episode
+    /// parameters, all episodes have the same values.
+    pub fn values(&self, z: &[f64], part: usize) -> (Vec<f64>, Vec<f64>) {
         let mut per_episode_indices = vec![0.0; self.coordinates.free().len()];
         for (place, &z) in self.parameters_of(part).zip(z) {
             if let Some(k) = place {

@@ -6,6 +6,7 @@ use crate::modes::{self, Mode, ModeSummary, SearchExtent, search_modes};
 use crate::sampler::chain;
 use crate::{PosteriorError, Whitened};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trundle_infer::{
     Channels, Density, Fit, FitOptions, Likelihood, PriorConflict, Target, Watch, on_all_cores,
@@ -76,6 +77,8 @@ pub struct Posterior {
     pub modes: Vec<ModeSummary>,
     /// The assumed noise.
     pub channels: Channels,
+    /// Names of the parameters with a separate value for each episode.
+    pub per_episode: BTreeSet<String>,
 }
 
 /// Sample the free parameters of `model` with chains on all cores. The result does not depend on the number
@@ -101,7 +104,7 @@ pub fn sample(
     let likelihood = tuned.as_deref().unwrap_or(likelihood);
     let target = Target::new(likelihood, model, &options.fit.per_episode)?;
     let chains = run_chains(&target, &found.modes, options, watch)?;
-    Ok(summarise(&target, found, chains, likelihood.channels()))
+    Ok(summarise(&target, found, chains, likelihood.channels(), &options.fit.per_episode))
 }
 
 /// Values of all slots at a fit, including the likelihood's own parameters.
@@ -146,6 +149,7 @@ fn summarise(
     found: modes::FoundModes,
     mut chains: Vec<Chain>,
     channels: Channels,
+    per_episode: &BTreeSet<String>,
 ) -> Posterior {
     let best = found.modes[0].point.clone();
     let canonical = Canonical::new(target, &best);
@@ -176,6 +180,7 @@ fn summarise(
         best,
         modes,
         channels,
+        per_episode: per_episode.clone(),
         chains,
     }
 }

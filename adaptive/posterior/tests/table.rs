@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use trundle_fixtures::{NOISE, World, locked, table};
-use trundle_infer::{MotionLikelihood, Quiet, Watch};
+use trundle_infer::{Likelihood, MotionLikelihood, Quiet, Watch};
 use trundle_model::Model;
 use trundle_posterior::{Method, Posterior, PosteriorError, SampleOptions, predictive, sample};
 
@@ -67,6 +67,39 @@ fn predictions_cover_the_recorded_poses() {
         assert!((seen[k] - mean).abs() < 4.0 * sd, "axis {k}: {} ± {sd} from {}", mean, seen[k]);
         assert!(sd > NOISE.pose[k], "axis {k}: the wrench's noise adds to the tracker's, {sd}");
     }
+}
+
+#[test]
+fn log_likelihoods_of_the_episodes_add_up_to_that_of_all() {
+    let likelihood = MotionLikelihood::new(&World::of(locked()).pushes(3, 1), &NOISE).unwrap();
+    let model = Model::nominal(table(), None, [true; 3]);
+    let options = SampleOptions { draws: 4, ..short(Method::Laplace) };
+    let found = sample(&likelihood, &model, &options, &Quiet).unwrap();
+    let pointwise = found.log_likelihood(&likelihood).unwrap();
+    assert_eq!(pointwise.episodes.len(), 3);
+    let draws = found.values.iter().flatten().zip(pointwise.chains.iter().flatten());
+    for (values, by_episode) in draws {
+        let whole = -likelihood.cost(&model, values).unwrap();
+        let sum: f64 = by_episode.iter().sum();
+        assert!((sum - whole).abs() < 1e-9 * whole.abs(), "{sum} {whole}");
+        assert!(by_episode.iter().all(|one| (one - whole / 3.0).abs() < 0.5 * whole.abs()));
+    }
+}
+
+#[test]
+fn a_per_episode_parameter_has_its_own_value_in_the_log_likelihood_of_each_episode() {
+    let likelihood = MotionLikelihood::new(&World::of(locked()).pushes(2, 1), &NOISE).unwrap();
+    let model = Model::nominal(table(), None, [true; 3]);
+    let mut options = SampleOptions { draws: 4, ..short(Method::Laplace) };
+    options.fit.per_episode.insert("body.mass".to_owned());
+    let found = sample(&likelihood, &model, &options, &Quiet).unwrap();
+    let pointwise = found.log_likelihood(&likelihood).unwrap();
+    // `values` holds the mass of the first episode.
+    let (first, second) = (likelihood.only(|k| k == 0), likelihood.only(|k| k == 1));
+    let (values, by_episode) = (&found.values[0][0], &pointwise.chains[0][0]);
+    let at_first_mass = [first, second].map(|one| -one.cost(&model, values).unwrap());
+    assert!((by_episode[0] - at_first_mass[0]).abs() < 1e-9 * by_episode[0].abs());
+    assert!((by_episode[1] - at_first_mass[1]).abs() > 1e-6);
 }
 
 #[test]

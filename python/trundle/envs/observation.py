@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import TrundleError
+from trundle.display import Card, Displayed
 
 __all__ = ["COMMON_ENTRIES", "Observation", "PlanarPose"]
 
@@ -40,8 +41,8 @@ BOX_POSITION, BOX_DIRECTION, BOX_HALF_SIZE = slice(-6, -4), slice(-4, -2), slice
 DOOR_POSITION, DOOR_DIRECTION, DOOR_WIDTH = slice(-5, -3), slice(-3, -1), -1
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class PlanarPose:
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class PlanarPose(Displayed):
     """Named fields of planar poses that are given as position, cosine and sine.
 
     Attributes
@@ -51,6 +52,9 @@ class PlanarPose:
     """
 
     vector: Array
+
+    def _card(self) -> Card:
+        return Card(f"trundle.envs.PlanarPose of shape {self.vector.shape[:-1]}")
 
     @property
     def position(self) -> Array:
@@ -68,8 +72,8 @@ class PlanarPose:
         return _angle(self.direction)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Observation:
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class Observation(Displayed):
     """Named fields of flat observations, of one environment or of a batch.
 
     The table in `trundle.envs.Push` lists entries, bounds and noise. Positions, velocities and directions are
@@ -106,6 +110,13 @@ class Observation:
                 f"observation of shape {self.vector.shape}: the last axis must have at least "
                 f"{COMMON_ENTRIES} entries"
             )
+
+    def _card(self) -> Card:
+        title = f"trundle.envs.Observation of shape {self.vector.shape}"
+        if self.vector.ndim > 1:
+            return Card(title)
+        names = ("position", "heading", "goal_position", "goal_heading")
+        return Card(title, [(name, str(np.round(getattr(self, name), 3))) for name in names])
 
     @property
     def position(self) -> Array:

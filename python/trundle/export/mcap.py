@@ -59,7 +59,7 @@ __all__ = ["write_mcap"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 Stamps = NDArray[np.int64]
-Table = dict[str, Any]
+Table = Mapping[str, Any]
 
 FIRST_STAMP_NS = NS_PER_S
 """First stamp, ns. Readers interpret a stamp of 0 as a missing time."""

@@ -1,6 +1,12 @@
 """Importers: convert data of other formats to recordings.
 
 Each layout has one module. `IMPORTERS` lists them by the value of `trundle import --from`.
+
+Examples
+--------
+>>> import trundle
+>>> sorted(trundle.importers.IMPORTERS)[:2]
+['cmu-planar-push', 'csv']
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ def simulated(
     boxes: Sequence[Box] = (),
     step: float | None = None,
     rate: float = 100.0,
-) -> dict[str, Floats]:
+) -> Mapping[str, Floats]:
     """Return the columns of what `trundle.simulate` records, without noise."""
     corners = [[[a, b], [c, b], [c, d], [a, d]] for a, b, c, d in boxes]
     scenario: dict[str, Any] = {
@@ -110,7 +110,7 @@ def simulated(
     table = {"format": "trundle-object/1", "name": "table", "body": BODY}
     for name, content in (("table.toml", table), ("scenario.toml", scenario)):
         (folder / name).write_text(tomli_w.dumps(content))
-    columns: dict[str, Floats] = trundle.simulate(folder / "scenario.toml").episodes["episode_00"]
+    columns: Mapping[str, Floats] = trundle.simulate(folder / "scenario.toml").episodes["episode_00"]
     return columns
 
 

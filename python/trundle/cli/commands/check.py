@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING
 
 from trundle.cli.exits import USAGE
 from trundle.cli.options import add_recording
+
+if TYPE_CHECKING:
+    from trundle.findings import Finding, Findings
 
 HELP = "Check a recording for wrong units, signs, axes, clocks and tares, and for insufficient motion."
 EXAMPLE = "trundle check recording/"
@@ -26,31 +29,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the findings, most severe first."""
     import trundle
+    from trundle.findings import Findings
     from trundle.input_checks import held_out_findings
 
     recording = trundle.read(args.recording)
-    findings = [*trundle.check(recording), *held_out_findings(recording)]
+    findings = Findings([*trundle.check(recording), *held_out_findings(recording)])
     print(
-        json.dumps(findings, indent=2, ensure_ascii=False)
+        json.dumps([finding.to_dict() for finding in findings], indent=2, ensure_ascii=False)
         if args.json
         else "\n".join(format_findings(findings))
     )
-    failed = any(finding["severity"] == "error" for finding in findings)
-    return USAGE if args.strict and failed else 0
+    return USAGE if args.strict and findings.errors else 0
 
 
-def format_findings(findings: list[dict[str, Any]]) -> list[str]:
+def format_findings(findings: Findings) -> list[str]:
     """Format the findings as lines."""
     if not findings:
         return ["nothing found: units, sign, axes, clocks, tare and motion look right"]
     return [line for finding in findings for line in format_finding(finding)]
 
 
-def format_finding(finding: dict[str, Any]) -> list[str]:
+def format_finding(finding: Finding) -> list[str]:
     """Format one finding as a paragraph: the observation and the remedy."""
-    where = "" if finding["episode"] is None else f" {finding['episode']}:"
-    observation = f"{finding['severity']} ({finding['kind']}):{where} {finding['sentence']}"
-    return [*wrap(observation, ""), *wrap(finding["remedy"], "    → ")]
+    where = "" if finding.episode is None else f" {finding.episode}:"
+    observation = f"{finding.severity} ({finding.kind}):{where} {finding.sentence}"
+    return [*wrap(observation, ""), *wrap(finding.remedy, "    → ")]
 
 
 def wrap(text: str, lead: str) -> list[str]:

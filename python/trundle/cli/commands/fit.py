@@ -103,11 +103,11 @@ def run(args: argparse.Namespace) -> int:
 
 def warn_about_held_out(recordings: Sequence[Path]) -> None:
     """Print a warning for each recording without held-out episodes."""
-    from trundle.input_checks import describe, held_out_findings
+    from trundle.input_checks import held_out_findings
 
     for recording in recordings:
         for finding in held_out_findings(recording):
-            print(f"trundle: warning: {recording}: {describe(finding)}", file=sys.stderr)
+            print(f"trundle: warning: {recording}: {finding}", file=sys.stderr)
 
 
 def run_profile(args: argparse.Namespace) -> int:

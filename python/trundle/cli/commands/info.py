@@ -6,10 +6,13 @@ import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from trundle.cli.options import add_recording
 from trundle.cli.paths import Output, declare
+
+if TYPE_CHECKING:
+    from trundle.summary import EpisodeSummary, NoiseLevels, RecordingSummary, StreamSummary
 
 HELP = "Summarise a recording: episodes, rates, gaps, masked samples, forces, travel, noise."
 EXAMPLE = "trundle info recording/ --picture recording.png"
@@ -35,59 +38,63 @@ def run(args: argparse.Namespace) -> int:
         from trundle.picture import draw
 
         draw(recording, args.picture)
-    print(json.dumps(info, indent=2, ensure_ascii=False) if args.json else "\n".join(format_info(info)))
+    text = (
+        json.dumps(info.to_dict(), indent=2, ensure_ascii=False)
+        if args.json
+        else "\n".join(format_info(info))
+    )
+    print(text)
     return 0
 
 
-def format_info(info: dict[str, Any]) -> list[str]:
+def format_info(info: RecordingSummary) -> list[str]:
     """Format the summary as lines."""
-    episodes = info["episodes"]
-    held_out = sum(episode["held_out"] for episode in episodes)
-    seconds = sum(episode["span"][1] - episode["span"][0] for episode in episodes)
-    source = "given" if info["mass_given"] else "initial estimate from force and acceleration"
+    episodes = info.episodes
+    held_out = sum(episode.held_out for episode in episodes)
+    seconds = sum(episode.duration for episode in episodes)
+    source = "given" if info.mass_given else "initial estimate from force and acceleration"
     return [
-        info["name"],
+        info.name,
         f"  {len(episodes)} episodes, {held_out} held out, {seconds:.1f} s in total",
-        f"  mass: {info['mass']:.4g} kg ({source})",
-        f"  noise: {format_noise(info['noise'])}",
+        f"  mass: {info.mass:.4g} kg ({source})",
+        f"  noise: {format_noise(info.noise)}",
         "",
         *align([tuple(COLUMNS.split("|")), *(episode_row(episode) for episode in episodes)]),
     ]
 
 
-def format_noise(sd: dict[str, Any]) -> str:
+def format_noise(sd: NoiseLevels) -> str:
     """Format the noise."""
-    x, y, theta = sd["pose"]
-    source = "stated" if sd["stated"] else "estimated from the data"
-    wrench = f"{sd['force']:.3g} N, {sd['torque']:.3g} N m"
+    x, y, theta = sd.pose
+    source = "stated" if sd.stated else "estimated from the data"
+    wrench = f"{sd.force:.3g} N, {sd.torque:.3g} N m"
     return f"pose {1e3 * x:.3g}, {1e3 * y:.3g} mm, {theta:.3g} rad; wrench {wrench} ({source})"
 
 
-def episode_row(episode: dict[str, Any]) -> tuple[str, ...]:
+def episode_row(episode: EpisodeSummary) -> tuple[str, ...]:
     """Return the cells of an episode."""
-    poses, wrench, counts = episode["object"], episode["wrench"], episode["counts"]
-    begin, end = episode["span"]
+    poses, wrench, counts = episode.object, episode.wrench, episode.counts
     return (
-        episode["name"],
-        "held out" if episode["held_out"] else "",
-        f"{end - begin:.2f}",
-        f"{episode['contact']:.2f}",
-        str(poses["samples"]),
+        episode.name,
+        "held out" if episode.held_out else "",
+        f"{episode.duration:.2f}",
+        f"{episode.contact:.2f}",
+        str(poses.samples),
         format_rate(poses),
-        str(poses["gaps"]),
-        str(counts["pose_outliers"] + counts["pose_held"]),
-        str(wrench["samples"]),
+        str(poses.gaps),
+        str(counts.pose_outliers + counts.pose_held),
+        str(wrench.samples),
         format_rate(wrench),
-        str(wrench["gaps"]),
-        f"{episode['peak_force']:.2f}",
-        f"{episode['travel'][0]:.3f}",
-        f"{episode['travel'][1]:.2f}",
+        str(wrench.gaps),
+        f"{episode.peak_force:.2f}",
+        f"{episode.travel[0]:.3f}",
+        f"{episode.travel[1]:.2f}",
     )
 
 
-def format_rate(stream: dict[str, Any]) -> str:
+def format_rate(stream: StreamSummary) -> str:
     """Format the samples per second."""
-    return "-" if stream["rate"] is None else f"{stream['rate']:.4g}"
+    return "-" if stream.rate is None else f"{stream.rate:.4g}"
 
 
 def align(rows: Sequence[tuple[str, ...]]) -> list[str]:

@@ -30,5 +30,6 @@ def run(args: argparse.Namespace) -> int:
             f"--model = {args.model}: no value for {', '.join(free)}; fit them first: "
             f"`trundle fit {args.recording} --model {args.model} --out fitted.toml`"
         )
-    print(trundle.predict(args.recording, args.model, args.out))
+    trundle.predict(args.recording, args.model, args.out)
+    print(args.out)
     return 0

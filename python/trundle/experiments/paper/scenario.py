@@ -9,10 +9,9 @@ from typing import Any
 
 import tomli_w
 
-from trundle._optional import require
-from trundle.diagnosis import predict
 from trundle.experiments.sampling import Floats
 from trundle.model import Model
+from trundle.prediction import predict
 from trundle.recording import Recording
 from trundle.simulation import simulate
 
@@ -42,14 +41,5 @@ def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> R
 
 def open_loop(recording: Recording, model: Model) -> dict[str, tuple[Floats, Floats]]:
     """Return for each episode the observed poses and those simulated in open loop, (n, 3) each, m, m, rad."""
-    pd = require("pandas", "experiments", "experiments of the paper")
-    with tempfile.TemporaryDirectory(prefix="trundle-paper-") as name:
-        frame = pd.read_parquet(predict(recording, model, Path(name) / "poses.parquet"), engine="pyarrow")
-    axes = ("x", "y", "theta")
-    return {
-        str(episode): (
-            rows[[f"observed_{a}" for a in axes]].to_numpy(),
-            rows[[f"predicted_{a}" for a in axes]].to_numpy(),
-        )
-        for episode, rows in frame.groupby("episode")
-    }
+    predictions = predict(recording, model)
+    return {name: (one.observed, one.predicted) for name, one in predictions.items()}
