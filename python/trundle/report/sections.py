@@ -101,6 +101,8 @@ def error_metrics(diagnosis: Mapping[str, Any], series: Series) -> Section:
     sides = ("refitted", "with the missing effects")
     if diagnosis.get("verdict") == "reparameterised":
         sides = ("as given", "refitted")
+    if series.discrepancy_inputs:
+        sides = ("refitted", "with the learned force")
     above = headline_metric(diagnosis, series) if verdict_scores(diagnosis)[0] == "held-out" else None
     return {
         "sides": None if single else sides,
@@ -110,13 +112,14 @@ def error_metrics(diagnosis: Mapping[str, Any], series: Series) -> Section:
     }
 
 
-def parameters(diagnosis: Mapping[str, Any]) -> Section | None:
+def parameters(diagnosis: Mapping[str, Any], series: Series) -> Section | None:
     """Return the parameters of the simulation under test; None if there are none."""
     given = diagnosis.get("nominal") or {}
     found = tables.nominal_parameters(given)
     if found is None:
         return None
     same = not given.get("after") or given.get("after") == given.get("before")
-    how = "Refitted" if same else "Refitted without (before) and with (after) the missing effects"
+    added = "the learned force" if series.discrepancy_inputs else "the missing effects"
+    how = "Refitted" if same else f"Refitted without (before) and with (after) {added}"
     how = "As given and refitted (after)" if diagnosis.get("verdict") == "reparameterised" else how
     return {"fit": how, **found}

@@ -9,7 +9,7 @@ import numpy as np
 
 from trundle.report.figures import lanes
 from trundle.report.figures.canvas import Figure
-from trundle.report.figures.lanes import Curve, Lane, Marks
+from trundle.report.figures.curves import Curve, Lane, Marks, bounds
 from trundle.report.figures.motion import events_in
 from trundle.report.location import Place
 from trundle.report.series import Episode, Residual, Series, finite
@@ -81,7 +81,7 @@ def _channel_lanes(channel: int, residual: Residual, shown: Sequence[str]) -> li
     curves = {side: Curve(f"{side} whole", residual.t, values) for side, values in sides}
     noise = {side: _band(residual, side, channel) for side in curves}
     drawn = (*curves.values(), *(band for bands in noise.values() for band in bands))
-    reach = max((abs(limit) for curve in drawn for limit in lanes.bounds([curve])), default=1.0)
+    reach = max((abs(limit) for curve in drawn for limit in bounds([curve])), default=1.0)
     return [
         Lane(
             _title(name, unit, side if len(curves) > 1 else ""),
