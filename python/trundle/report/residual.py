@@ -28,6 +28,8 @@ def residual_section(diagnosis: Mapping[str, Any], series: Series) -> dict[str, 
     named = diagnosis.get("verdict") in ("explained", "reparameterised")
     given = diagnosis.get("residual") or {}
     windows = given.get("windows") or ()
+    if diagnosis.get("verdict") == "unexplained":
+        windows = windows or (diagnosis.get("mismatch") or {}).get("windows") or ()
     panels = _panels(diagnosis, series, windows, ("after",) if named else ("before", "after"))
     before = _residual_before(diagnosis, series) if named else None
     sentences = (

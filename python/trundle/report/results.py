@@ -19,37 +19,39 @@ _BASE = {
 
 
 def results(diagnosis: Mapping[str, Any], ranking: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the result of each model in the ranking; a test's own reason takes precedence."""
+    """Return the result of each model in the ranking; the reason of a test takes precedence."""
     verdict = str(diagnosis.get("verdict"))
     named = sorted(str(effect.get("effect")) for effect in diagnosis.get("missing") or ())
-    base = next((index for index, entry in enumerate(ranking) if not entry.get("effects")), None)
-    found = []
-    winner: int | None = None
-    for index, entry in enumerate(ranking):
-        effects = sorted(map(str, entry.get("effects") or ()))
-        if effects and effects == named and winner is None and not entry.get("reason"):
-            winner = index
-            found.append("named")
-        elif not effects:
+    sets = [sorted(map(str, entry.get("effects") or ())) for entry in ranking]
+    base = sets.index([]) if [] in sets else len(sets)
+    found: list[str] = []
+    for index, (entry, effects) in enumerate(zip(ranking, sets, strict=True)):
+        if not effects:
             found.append(_BASE.get(verdict, ""))
+        elif entry.get("reason"):
+            found.append(str(entry["reason"]))
+        elif effects == named and "named" not in found:
+            found.append("named")
         else:
-            found.append(str(entry.get("reason") or _default(index, winner, base)))
+            found.append(_default(verdict, index, base))
     return found
 
 
-def _default(index: int, winner: int | None, base: int | None) -> str:
-    """Return the reason for not naming a model that no test rejected: another one ranks higher."""
-    if winner is not None:
+def _default(verdict: str, index: int, base: int) -> str:
+    """Return the reason for not naming a model that no test rejected: its rank."""
+    if verdict == "explained":
         return "less probable than the named model"
-    if base is not None and index > base:
+    if index > base:
         return "less probable than the simulation without it"
-    return "less probable than a model that was tested and rejected"
+    if index == 0:
+        return "its residual exceeds what noise explains"
+    return "less probable than a closer model, which is rejected"
 
 
 def closest_rejected(
     diagnosis: Mapping[str, Any], ranking: Sequence[Mapping[str, Any]]
 ) -> tuple[list[str], str] | None:
-    """Return the effects of the rejected model with the largest evidence, and the reason; None if there is none."""
+    """Return effects and reason of the rejected model with the largest evidence; None if there is none."""
     reasons = results(diagnosis, ranking)
     known = [
         (evidence, index)

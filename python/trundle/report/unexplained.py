@@ -156,7 +156,8 @@ def _noise_ratio_sentence(series: Series) -> str:
     if not len(values):
         return ""
     ratio = float(np.sqrt(np.mean(values**2)))
-    return f"That is {format_fixed(ratio, 1)} times its standard deviation." if ratio > 1.0 else ""
+    size = f"{format_fixed(ratio, 1)} times its standard deviation"
+    return f"Relative to the noise: {size} (RMS)." if ratio > 1.0 else ""
 
 
 def _dependence(residual: Mapping[str, Any], series: Series) -> str:
@@ -179,15 +180,15 @@ def _tried(diagnosis: Mapping[str, Any], ranking: Sequence[Mapping[str, Any]]) -
     if closest is None:
         return ""
     names, reason = closest
-    models = (
-        f"{count} models with further effects were" if count > 1 else "One model with further effects was"
-    )
-    return f"{models} fitted and rejected. Closest: {wording.effect_names(names)}. Rejected because {_clause(reason)}."
+    models = f"{count} models with further effects were" if count > 1 else "One model with an effect was"
+    name = wording.effect_names(names)
+    return f"{models} fitted and rejected. Closest: {name}. It is rejected because {_clause(reason)}."
 
 
 def _clause(reason: str) -> str:
     """Return a reason as a clause after "because"."""
-    return f"it is {reason}" if reason.startswith("less probable") else reason
+    is_participle = reason.startswith(("less probable", "not tested"))
+    return f"it is {reason}" if is_participle else reason
 
 
 def _next_recording(regime: str, series: Series) -> str:

@@ -20,7 +20,7 @@ import trundle
 
 model = trundle.Model.read("model.toml")
 t = np.linspace(0.0, 2.0, 201)
-wrench = np.tile([20.0, 0.0, 0.0], (201, 1))  # N, N, N·m, object axes
+wrench = np.tile([20.0, 0.0, 0.0], (201, 1))  # N, N, N·m
 poses, twists = model.rollout([0, 0, 0], [0, 0, 0], t, wrench)"""
 _FIT = """import trundle
 

@@ -17,7 +17,7 @@ __all__ = ["Data", "Table", "tabulate"]
 
 Cell = str | float | None
 
-MAX_ROWS = 300
+MAX_ROWS = 200
 """Maximum number of rows of curves over time, about one per pixel."""
 _SAFE = " ,;:()/+*=·°±-_.~'"
 """Characters that a data link may contain as they are."""
@@ -32,7 +32,7 @@ class Data:
 
     @property
     def csv(self) -> str:
-        """The table as CSV, with six significant digits."""
+        """The table as CSV, with five significant digits."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
@@ -57,10 +57,10 @@ class Table:
         """Return the table with further columns (n, k) at the end."""
         return Table((*self.names, *names), self.t, np.column_stack([self.values, values]))
 
-    def data(self) -> Data:
-        """Return at most `MAX_ROWS` rows, which contain the extremes of every column."""
+    def data(self, axis: str = "time, s") -> Data:
+        """Return at most `MAX_ROWS` rows, with the extremes of every column. `axis` names the times."""
         rows = representative_rows(self.t, self.values, MAX_ROWS)
-        return Data(("time, s", *self.names), np.column_stack([self.t, self.values])[rows].tolist())
+        return Data((axis, *self.names), np.column_stack([self.t, self.values])[rows].tolist())
 
 
 def tabulate(names: Sequence[str], curves: Sequence[tuple[Array, Array]]) -> Table:
@@ -81,4 +81,4 @@ def _text(cell: Cell) -> str:
     if isinstance(cell, str):
         return cell
     number = finite(cell)
-    return "" if number is None else f"{number:.6g}"
+    return "" if number is None else f"{number:.5g}"

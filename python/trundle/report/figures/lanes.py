@@ -27,6 +27,9 @@ from trundle.report.svg import Markup, format_number, join, tag
 
 __all__ = ["draw", "lane_figure"]
 
+TIME_AXIS = "time, s"
+"""Title of the time axis."""
+
 _LEFT, _RIGHT = 50.0, 12.0
 _TITLE, _GAP, _AXIS = 18.0, 9.0, 32.0
 _PLOT_WIDTH = WIDTH - _LEFT - _RIGHT
@@ -34,9 +37,9 @@ _MIN_LABEL_SPACING = 26.0
 
 
 def draw(
-    lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None
+    lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None, axis: str = TIME_AXIS
 ) -> tuple[Markup, float]:
-    """Draw lanes over a time span, s; return the drawing and its height.
+    """Draw lanes over a time span, s, or a span in the unit of `axis`; return the drawing and its height.
 
     The script of the page finds the time span, the frame and the columns of the data in attributes.
     """
@@ -50,7 +53,7 @@ def draw(
         parts += frame.names(marks.events) if index == 0 else []
         top += _TITLE + lane.height + _GAP
         column += len(lane.curves)
-    parts.append(tag("g", _time_axis(span, top - _GAP), class_="time-axis", data_y=top - _GAP))
+    parts.append(tag("g", _time_axis(span, top - _GAP, axis), class_="time-axis", data_y=top - _GAP))
     frame_numbers = " ".join(f"{value:.6g}" for value in (*span, _LEFT, _PLOT_WIDTH, top - _GAP))
     return tag("g", parts, class_="lanes", data_frame=frame_numbers), height
 
@@ -63,10 +66,12 @@ def lane_figure(
     span: tuple[float, float],
     *caption: Caption,
     marks: Marks | None = None,
+    axis: str = TIME_AXIS,
 ) -> Figure:
-    """Return a figure of lanes over a time span, s."""
-    drawing, height = draw(lanes, span, marks)
-    return figure(identity, title, description, height, drawing, *caption, data=table(lanes).data())
+    """Return a figure of lanes over a time span, s, or a span in the unit of `axis`."""
+    drawing, height = draw(lanes, span, marks, axis)
+    data = table(lanes).data(axis)
+    return figure(identity, title, description, height, drawing, *caption, data=data)
 
 
 @dataclass(frozen=True)
@@ -116,7 +121,7 @@ class _Frame:
     def _readout(self) -> Markup:
         """Return the empty text in which the script shows the values at the pointer."""
         named = enumerate(self.lane.curves, self.column)
-        columns = " ".join(f"{column}:{curve.name}" for column, curve in named if curve.width is None)
+        columns = "|".join(f"{column}:{curve.name}" for column, curve in named if curve.width is None)
         place = {"x": _LEFT + _PLOT_WIDTH, "y": self.top - 5.0}
         return tag("text", class_="readout", text_anchor="end", data_columns=columns, **place)
 
@@ -187,12 +192,12 @@ def _time_to_x(span: tuple[float, float], t: Array) -> Array:
     return place
 
 
-def _time_axis(span: tuple[float, float], y: float) -> Iterator[Markup]:
+def _time_axis(span: tuple[float, float], y: float, axis: str) -> Iterator[Markup]:
     values, places = ticks(*span, most=6)
     for value, x in zip(values, _time_to_x(span, np.array(values)), strict=True):
         yield tag("line", x1=x, x2=x, y1=y, y2=y + 4.0, class_="axis")
         yield label(_tick(value, places), x, y + 16.0, "tick", "middle")
-    yield label("time, s", _LEFT + _PLOT_WIDTH, y + 30.0, "tick", "end")
+    yield label(axis, _LEFT + _PLOT_WIDTH, y + 30.0, "tick", "end")
 
 
 def _tick(value: float, places: int) -> str:

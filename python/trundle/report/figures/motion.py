@@ -52,7 +52,7 @@ def _data(episode: Episode, rows: Sequence[Lane], on_rail: bool) -> tuple[Data, 
         column = len(found.names) + 1
         tracks.append(f"{side}:{column}:{column + 1}")
         found = found.with_columns([f"{side} x, m", f"{side} y, m", f"{side} heading, rad"], poses)
-    return found.data(), " ".join(tracks)
+    return found.data(), "|".join(tracks)
 
 
 def events_in(episode: Episode, named: Sequence[Place]) -> list[tuple[float, str]]:

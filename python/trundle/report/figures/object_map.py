@@ -109,7 +109,10 @@ def _axes(view: TopView, corners: Array) -> list[Markup]:
     tips = np.array([[0.0, 0.0], [length, 0.0], [0.0, length]])
     origin, x, y = view.to_page(tips)
     arms = [marks.arrow(origin, tip, "axis", head=6.0) for tip in (x, y)]
-    names = [label("x", x[0] + 5.0, x[1] + 4.0, "tick"), label("y", y[0], y[1] - 6.0, "tick", "middle")]
+    names = [
+        label("x", x[0] + 5.0, x[1] + 4.0, "tick halo"),
+        label("y", y[0], y[1] - 6.0, "tick halo", "middle"),
+    ]
     return [*arms, *names]
 
 

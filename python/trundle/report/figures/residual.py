@@ -58,13 +58,14 @@ def draw(
     span = (float(residual.t[0]), float(residual.t[-1]))
     text = "Missing force and torque over time. The grey band shows two standard deviations of the noise."
     kind = "held out" if episode.held_out else "fitted"
+    count = _window_count_sentence(inside, episode.held_out)
     return lanes.lane_figure(
         f"residual-{identity}",
         f"Missing wrench in {episode.name}",
-        f"{text} {_window_count_sentence(inside)}",
+        f"{text} {count}",
         rows,
         span,
-        (episode.name, f" ({kind}). {_window_count_sentence(inside)}"),
+        (episode.name, f" ({kind}). {count}"),
         marks=Marks(inside, events_in(episode, named)),
     )
 
@@ -103,9 +104,10 @@ def _band(residual: Residual, side: str, channel: int) -> list[Curve]:
     return [] if sd is None else [Curve("band", residual.t, np.zeros(len(sd)), 2.0 * sd[:, channel])]
 
 
-def _window_count_sentence(windows: Sequence[tuple[float, float]]) -> str:
+def _window_count_sentence(windows: Sequence[tuple[float, float]], held_out: bool) -> str:
+    """Return how many windows exceed the noise; they are searched in fitted episodes only."""
     if not windows:
-        return "No window exceeds the noise."
+        return "" if held_out else "No window exceeds the noise."
     return (
         "One window exceeds the noise." if len(windows) == 1 else f"{len(windows)} windows exceed the noise."
     )

@@ -81,7 +81,7 @@ class TopView:
         """Return the drawing clipped to a frame, with the scale bar below.
 
         `tracks` names the columns of the data with points that the script marks at the time under the
-        pointer, as ``STYLE:X:Y`` separated by spaces.
+        pointer, as ``STYLE:X:Y`` separated by ``|``.
         """
         inner = tag(
             "svg",

@@ -17,7 +17,7 @@ from trundle.report.svg import Markup, join, tag
 
 __all__ = ["agreement", "time_course"]
 
-_PLOT_SIZE, _LEFT, _PLOT_GAP, _TOP = 142.0, 44.0, 22.0, 20.0
+_PLOT_SIZE, _LEFT, _PLOT_GAP, _TOP = 134.0, 44.0, 36.0, 20.0
 _MAX_POINTS = 500
 
 

@@ -53,8 +53,9 @@ for (const figure of document.querySelectorAll("figure")) {
   const toPage = x => left + (x - fromX()) * scale;
   const toTime = x => start + (x - left) / width * (end - start);
   const xOf = t => left + (t - start) / (end - start) * width;
-  const columnsOf = text => text.split(" ").filter(Boolean).map(part => part.split(":"));
+  const columnsOf = text => text.split("|").filter(Boolean).map(part => part.split(":"));
 
+  const title = axis?.lastElementChild.textContent, unit = title?.split(", ")[1] ?? "";
   const drawAxis = () => {
     axis.replaceChildren();
     const y = Number(axis.dataset.y);
@@ -63,7 +64,7 @@ for (const figure of document.querySelectorAll("figure")) {
       add(axis, "line", {x1: x, x2: x, y1: y, y2: y + 4, class: "axis"});
       add(axis, "text", {x, y: y + 16, class: "tick", "text-anchor": "middle"}, String(t).replace("-", "\u2212"));
     }
-    add(axis, "text", {x: left + width, y: y + 30, class: "tick", "text-anchor": "end"}, "time, s");
+    add(axis, "text", {x: left + width, y: y + 30, class: "tick", "text-anchor": "end"}, title);
   };
 
   const tracksAt = values => columnsOf(map?.dataset.tracks ?? "").map(([style, x, y]) => {
@@ -84,7 +85,7 @@ for (const figure of document.querySelectorAll("figure")) {
     const x = toPage(xOf(values[0]));
     if (x >= left - 1 && x <= left + width + 1) {
       cursor.push(add(lanes, "line", {x1: x, x2: x, y1: plots[0][1][1], y2: bottom, class: "cursor"}));
-      cursor.push(add(lanes, "text", {x: left, y: bottom + 30, class: "readout"}, `${show(values[0])} s`));
+      cursor.push(add(lanes, "text", {x: left, y: bottom + 30, class: "readout"}, `${show(values[0])} ${unit}`));
     }
     for (const [style, cx, cy] of tracksAt(values))
       if (Number.isFinite(cx)) cursor.push(add(map, "circle", {cx, cy, r: 5 / scale, class: `here ${style}`}));
