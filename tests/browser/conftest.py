@@ -13,11 +13,6 @@ from tests.report.samples import SAMPLES
 from trundle.report import render
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Register the marker that selects these tests."""
-    config.addinivalue_line("markers", "browser: needs Chromium; skipped without it")
-
-
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     """A headless Chromium."""

@@ -13,8 +13,6 @@ from tests.experiments.comparison.test_tables import RESULTS, SETTINGS
 from trundle.experiments.comparison import page
 from trundle.experiments.comparison.document import render_page
 
-pytestmark = pytest.mark.browser
-
 
 @pytest.fixture(scope="module")
 def comparison(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -13,8 +13,6 @@ from tests.browser import scripts
 from tests.browser.chromium import Browser
 from tests.browser.test_report import DESK, PHONE, requests
 
-pytestmark = pytest.mark.browser
-
 MOTION = "document.querySelector('#motion figure')"
 READOUT = f"{MOTION}.querySelector('.readout').textContent"
 VIEW = f"{MOTION}.querySelector('.lanes .plot').getAttribute('viewBox').split(' ').map(Number)"

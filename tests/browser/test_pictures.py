@@ -13,8 +13,6 @@ from PIL import Image
 
 from tests.browser.chromium import Browser
 
-pytestmark = pytest.mark.browser
-
 SIZES = {"desk": (1280, ""), "phone": (390, ""), "print": (794, "print")}
 A4 = (595, 842)
 

@@ -9,8 +9,6 @@ import pytest
 from tests.browser import scripts
 from tests.browser.chromium import Browser
 
-pytestmark = pytest.mark.browser
-
 PHONE, DESK = 390, 1280
 QUIET = ("Network.requestWillBeSent", "Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
 

@@ -13,8 +13,6 @@ from tests.experiments.runs.samples import SAMPLES, episode
 from trundle.experiments.runs.config import Settings
 from trundle.experiments.runs.page import render
 
-pytestmark = pytest.mark.browser
-
 SHOWN_TEXT = "document.querySelector('.player output').textContent"
 PLACED = "document.querySelector('.player .moving').getAttribute('transform')"
 SLIDE = """(() => {

@@ -49,7 +49,7 @@ def test_the_residual_is_that_of_the_model_with_the_named_effects(table: Sample)
     text = re.sub(r"<[^>]*>", " ", shown)
     assert "Size (RMS): a force of 0.41\xa0N and a torque of 0.052\xa0N·m, 4 % of the initial misfit." in text
     assert "It occurs above 0.25 m/s." in text and "below 0.03 m/s" not in words(section)
-    assert "It is periodic in the position: period 2.5\xa0mm, amplitude 0.80\xa0N." in text
+    assert "It is periodic in position: period 2.5\xa0mm, amplitude 0.80\xa0N." in text
     assert "after whole" in shown and "before whole" not in shown
     assert "before whole" in folded and "after whole" not in folded
     assert "episode_04" in text and "0.70\N{EN DASH}1.30" in text

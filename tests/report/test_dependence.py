@@ -43,7 +43,7 @@ def along_x(values: Any) -> Any:
     [
         (lambda t, heading, speed: along_x(-5.0 * np.sign(speed)), "the direction of motion on the object"),
         (lambda t, heading, speed: along_x(30.0 * speed**2), "the speed"),
-        (lambda t, heading, speed: along_x(4.0 * np.sin(2.0 * heading)), "the heading"),
+        (lambda t, heading, speed: along_x(4.0 * np.sin(heading)), "the heading"),
         (lambda t, heading, speed: along_x(np.where(t < 2.0, 6.0, -1.0)), "the time since contact"),
         (lambda t, heading, speed: along_x(np.full(len(t), 5.0)), "a constant alone"),
     ],

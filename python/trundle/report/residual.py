@@ -72,7 +72,7 @@ def _period_sentence(entry: Mapping[str, Any]) -> str:
     of, unit = str(entry.get("of")), str(entry.get("unit") or "")
     period, amplitude = finite(entry.get("period")), format_quantity("N", entry.get("amplitude"))
     text = format_quantity(unit, period) if unit == "m" else format_estimate(period, None, unit)
-    return f"It is periodic in the {of}: period {text}, amplitude {amplitude}."
+    return f"It is periodic in {of}: period {text}, amplitude {amplitude}."
 
 
 def _residual_before(diagnosis: Mapping[str, Any], series: Series) -> dict[str, Any] | None:

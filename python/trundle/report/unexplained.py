@@ -108,8 +108,10 @@ def symptoms(
 
 
 def predictor_rows(series: Series) -> list[tuple[str, str]]:
-    """Return the quantities that the missing wrench may depend on, and the share that each predicts."""
-    return [(name, wording.format_percent(share)) for name, share in predictors(series)]
+    """Return quantities and the share of the wrench that each predicts; none if all are small."""
+    found = predictors(series)
+    is_clear = bool(found) and found[0][1] >= MIN_SHARE
+    return [(name, wording.format_percent(share)) for name, share in found] if is_clear else []
 
 
 def _where(mismatch: Mapping[str, Any]) -> str:
@@ -169,7 +171,9 @@ def _dependence(residual: Mapping[str, Any], series: Series) -> str:
     if ranked and ranked[0][1] >= MIN_SHARE:
         found.append(f"Of single quantities, {ranked[0][0]} predicts it best in left-out episodes.")
     elif ranked:
-        found.append("No single quantity in the table below predicts it in left-out episodes.")
+        found.append(
+            "No single quantity of the motion predicts it in left-out episodes: it differs between pushes."
+        )
     return " ".join(found) or "No dependence was found."
 
 

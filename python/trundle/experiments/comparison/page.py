@@ -21,10 +21,8 @@ __all__ = ["render"]
 
 Rows = Sequence[Row]
 
-_LEFT, _RIGHT, _ROW, _TOP = 150.0, 44.0, 26.0, 12.0
+_LEFT, _RIGHT, _ROW, _TOP = 8.0, 52.0, 34.0, 6.0
 """Margins and row height of the figure of success rates, user units."""
-_MAX_TITLE = 22
-"""Maximum length of an agent's title in a figure."""
 
 
 def render(text: str, settings: Settings, results: Results, curves: Curves) -> str:
@@ -55,10 +53,10 @@ def _successes(index: int, settings: Settings, name: str, group: Mapping[str, Ro
     width, height = WIDTH - _LEFT - _RIGHT, _ROW * len(rates)
     drawing: list[Child] = [_share_axis(width, height)]
     for row, (title, rate) in enumerate(rates.items()):
-        y = _TOP + _ROW * (row + 0.5)
+        y = _TOP + _ROW * (row + 0.7)
         low, middle, high = (_LEFT + width * share for share in (rate.low, rate.value, rate.high))
         drawing += [
-            label(_short(title), _LEFT - 8.0, y + 4.0, "", "end"),
+            label(title, _LEFT, y - 9.0, "halo"),
             tag("line", x1=low, x2=high, y1=y, y2=y, class_="range"),
             tag("circle", cx=middle, cy=y, r=4.5, class_="point"),
             label(f"{100.0 * rate.value:.0f}\N{NO-BREAK SPACE}%", WIDTH - 2.0, y + 4.0, "tick", "end"),
@@ -123,7 +121,3 @@ def _learning(settings: Settings, curves: Curves) -> list[Figure]:
                 )
             )
     return found
-
-
-def _short(title: str) -> str:
-    return title if len(title) <= _MAX_TITLE else f"{title[: _MAX_TITLE - 1]}\N{HORIZONTAL ELLIPSIS}"

@@ -168,8 +168,8 @@ for (const figure of document.querySelectorAll("figure")) {
 }
 
 const keyOf = cell => {
-  const text = cell.dataset.value ?? cell.textContent.replace(/[\s\u202f]/g, "").replace(/\u2212/g, "-");
-  const number = /^[-+]?[\d.]+(e[-+]?\d+)?/.exec(text);
+  const text = cell.dataset.value ?? cell.textContent.trim();
+  const number = /^[-+]?[\d.]+(e[-+]?\d+)?/.exec(text.replace(/\s/g, "").replace(/\u2212/g, "-"));
   return number ? Number(number[0]) : text.toLowerCase();
 };
 const compare = (a, b) => typeof a === typeof b ? (a < b ? -1 : Number(a > b)) : typeof a === "number" ? -1 : 1;
