@@ -75,7 +75,7 @@ def render(text: str, figures: Mapping[str, Sequence[Figure]], kicker: str) -> s
     """
     first, *others = sections(text)
     return render_template(
-        "trundle.experiments",
+        "trundle.report",
         "document.html",
         title=first.title,
         kicker=kicker,
