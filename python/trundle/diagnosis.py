@@ -97,7 +97,7 @@ class Diagnosis(Displayed):
     model : Model
         The extended model, fitted.
     report : str
-        ``report.html``: one page without scripts or links.
+        ``report.html``: one page that needs no network and works without scripts.
     series : dict
         The curves in the report by episode, SI units: observed and simulated poses and, if wrenches are
         compared, recorded and required ones (``wrench``: ``t``, ``recorded``, ``before``, ``after``).
@@ -344,7 +344,7 @@ def diagnose(
                 progress=report,
             )
         command = command or f"trundle.diagnose(..., step=..., seed={seed})"
-        return build_diagnosis(recording, outcome, seed, command, model, warnings)
+        return build_diagnosis(recording, outcome, seed, command, model, warnings, is_black_box=True)
     if parameters is not None:
         raise TrundleError("parameters: need `step`; the parameters of a model are in its file")
     with report_progress(progress, "diagnose") as report:
@@ -368,6 +368,7 @@ def build_diagnosis(
     command: str,
     model: Model | PathLike | None,
     warnings: Sequence[str],
+    is_black_box: bool = False,
 ) -> Diagnosis:
     """Build a diagnosis and its report from the result of the native module."""
     answer, series = outcome.answer, outcome.series
@@ -377,6 +378,7 @@ def build_diagnosis(
         "version": _native.__version__,
         "input": inputs(recording=recording, model=model),
         "command": command,
+        "black_box": is_black_box,
         "doubts": [*warnings, *answer.get("warnings", [])],
     }
     return Diagnosis(answer, outcome.model, render(answer, series), series, outcome)

@@ -11,13 +11,26 @@ Examples
 from __future__ import annotations
 
 import os
+import sys
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomli_w
 
 from trundle._native import Model, _object
+from trundle.atomic import write_text
 from trundle.display import Card, Displayed
 from trundle.display.formatting import join_names
 
-__all__ = ["Object", "read"]
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["Object", "read", "task_options"]
+
+_FORMAT = "trundle-object/1"
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,3 +82,36 @@ def read(path: str | os.PathLike[str]) -> Object:
         If the file is invalid; the message names the file, the key and the value.
     """
     return Object(**_object(path))
+
+
+def task_options(model: Model | str | os.PathLike[str], path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Write the body of a model as an object file, and return the options of a task with this model.
+
+    Parameters
+    ----------
+    model : Model or path-like
+        A model with a footprint and a value for every parameter, such as ``model.toml`` of a diagnosis.
+    path : path-like
+        The object file, which is written atomically.
+
+    Returns
+    -------
+    dict
+        ``object``, ``hidden`` and ``effects``: keyword arguments of `gymnasium.make` with which an
+        environment of `trundle.envs` simulates exactly this model.
+
+    Raises
+    ------
+    TrundleError
+        If the model file cannot be read.
+
+    Examples
+    --------
+    >>> import gymnasium, trundle
+    >>> options = trundle.objects.task_options("model.toml", "object.toml")  # doctest: +SKIP
+    >>> env = gymnasium.make("trundle/PushPose-v0", **options)  # doctest: +SKIP
+    """
+    content = tomllib.loads((model if isinstance(model, Model) else Model.read(model)).to_toml())
+    name = Path(path).stem
+    write_text(Path(path), tomli_w.dumps({"format": _FORMAT, "name": name, "body": content["body"]}))
+    return {"object": os.fspath(path), "hidden": "none", "effects": content.get("effect", [])}

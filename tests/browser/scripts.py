@@ -59,6 +59,30 @@ DASHES = """Object.fromEntries(['before', 'after', 'recorded'].map(name => {
 }))"""
 """Dashes and widths of lines."""
 
-DEAD_LINKS = """[...document.querySelectorAll('a')].map(link => link.getAttribute('href'))
+DEAD_LINKS = """[...document.querySelectorAll('a:not(.data)')].map(link => link.getAttribute('href'))
   .filter(target => !target.startsWith('#') || !document.getElementById(target.slice(1)))"""
 """Links without a target in the page."""
+
+FAINT = """(() => {
+  const channels = colour => colour.match(/[\\d.]+/g).map(Number);
+  const luminance = colour => channels(colour).slice(0, 3).map(value => value / 255)
+    .map(share => share <= 0.04045 ? share / 12.92 : ((share + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, share, k) => sum + share * [0.2126, 0.7152, 0.0722][k], 0);
+  const behind = element => {
+    for (let one = element; one; one = one.parentElement) {
+      const colour = getComputedStyle(one).backgroundColor;
+      if ((channels(colour)[3] ?? 1) > 0) return colour;
+    }
+    return 'rgb(255, 255, 255)';
+  };
+  const own = element => [...element.childNodes].some(node => node.nodeType === 3 && node.data.trim());
+  return [...document.querySelectorAll('body *')]
+    .filter(element => own(element) && element.checkVisibility() && !element.closest('script, .unseen'))
+    .map(element => {
+      const style = getComputedStyle(element);
+      const front = luminance(element.closest('svg') ? style.fill : style.color);
+      const [low, high] = [front, luminance(behind(element))].sort((a, b) => a - b);
+      return [(high + 0.05) / (low + 0.05), element.tagName, element.textContent.trim().slice(0, 30)];
+    }).filter(([ratio]) => ratio < 4.5);
+})()"""
+"""Texts whose contrast with their background is below that of WCAG AA, 4.5."""

@@ -49,7 +49,7 @@ def test_the_residual_is_that_of_the_model_with_the_named_effects(table: Sample)
     text = re.sub(r"<[^>]*>", " ", shown)
     assert "Size (RMS): a force of 0.41\xa0N and a torque of 0.052\xa0N·m, 4 % of the initial misfit." in text
     assert "It occurs above 0.25 m/s." in text and "below 0.03 m/s" not in words(section)
-    assert "It is periodic in the position: period 2.5\xa0mm, amplitude 0.80\xa0N." in text
+    assert "It is periodic in position: period 2.5\xa0mm, amplitude 0.80\xa0N." in text
     assert "after whole" in shown and "before whole" not in shown
     assert "before whole" in folded and "after whole" not in folded
     assert "episode_04" in text and "0.70\N{EN DASH}1.30" in text
@@ -93,12 +93,15 @@ def test_an_unexplained_page_lists_symptoms_and_the_next_recording(samples: dict
     diagnosis["residual"] = {**LEFT, "share": 1.0, "regime": regime}
     series["candidates"][0]["reason"] = "the data do not identify a parameter that defines an effect"
     page = render(diagnosis, series)
-    known = words(part(page, "missing"))
+    known = words(part(page, "symptoms"))
     for sentence in (
         "It acts near (−0.45, 0.30)\xa0m on the object.",
+        "It exceeds the noise in 3 windows of 2 episodes, 3.4\xa0s in total.",
         "It is strongest in episode_05 at 0.60",
         "Size (RMS): a force of 0.41\xa0N and a torque of 0.052\xa0N·m.",
         f"It occurs {regime}.",
+        "4 models with further effects were fitted and rejected. Closest: dry friction. "
+        "It is rejected because the data do not identify a parameter that defines an effect.",
         "Turn the object by 90° and repeat the same pushes",
     ):
         assert sentence in known
@@ -106,6 +109,7 @@ def test_an_unexplained_page_lists_symptoms_and_the_next_recording(samples: dict
     tried = words(part(page, "ranking"))
     assert "the data do not identify a parameter that defines an effect" in tried
     assert "99" not in tried, "odds among wrong laws read as certainty"
+    assert "its residual exceeds what noise explains" in tried
     diagnosis["alternatives"] = [{"effect": "tether", "probability": 0.0, "experiment": "let go"}]
     assert "plausible" not in words(render(diagnosis, series))
 

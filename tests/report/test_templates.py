@@ -23,6 +23,9 @@ def test_an_undefined_value_is_an_error() -> None:
         render_template("trundle.report", "report.html")
 
 
-def test_the_style_sheet_is_included_unchanged(samples: dict[str, Sample]) -> None:
-    style = resources.files("trundle.report").joinpath("templates", "style.css").read_text(encoding="utf-8")
-    assert f"<style>\n{style.rstrip()}\n</style>" in render(*samples["table"])
+def test_the_style_sheets_are_included_unchanged(samples: dict[str, Sample]) -> None:
+    folder = resources.files("trundle.report").joinpath("templates")
+    styles = [file for file in folder.iterdir() if file.name.endswith(".css")]
+    page = render(*samples["table"])
+    assert len(styles) == 5
+    assert all(file.read_text(encoding="utf-8").rstrip() in page for file in styles)

@@ -1,4 +1,4 @@
-"""The report of a diagnosis: one HTML file without scripts or external resources.
+"""The report of a diagnosis: one HTML file, which needs no network and works without scripts.
 
 `page` collects plain data, `templates` holds the HTML, and `figures` draws SVG. Matplotlib is not used for
 the figures, for these reasons:
@@ -7,6 +7,7 @@ the figures, for these reasons:
 - Lines and text take their colours from the style sheet, so dark mode and print need no second figure.
 - Text stays text: it is searchable and accessible. Each figure has a title and a description.
 - The same input gives the same bytes: no dates, no hashed ids, no plotting library version.
+- The link below each figure contains its data, from which one script shows values and zooms.
 - A recording of 25,000 samples takes about ten kilobytes per panel (see `decimate`).
 """
 

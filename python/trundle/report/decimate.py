@@ -6,7 +6,7 @@ import numpy as np
 
 from trundle.report.series import Array
 
-__all__ = ["envelope", "simplify"]
+__all__ = ["envelope", "representative_rows", "simplify"]
 
 
 def envelope(t: Array, y: Array, bins: int) -> tuple[Array, Array]:
@@ -26,6 +26,26 @@ def envelope(t: Array, y: Array, bins: int) -> tuple[Array, Array]:
     for part in np.split(np.arange(len(t)), np.searchsorted(t, edges)):
         keep.extend(_extremes(y, part))
     return t[keep], y[keep]
+
+
+def representative_rows(t: Array, values: Array, most: int) -> np.ndarray:
+    """Return indices of at most `most` rows, among them the extremes of every column in bins of time.
+
+    Parameters
+    ----------
+    t, values
+        Increasing times (n,), and columns (n, k), in which NaN is a gap.
+    most
+        Maximum number of rows; at least 4 (k + 1).
+    """
+    if len(t) <= most:
+        return np.arange(len(t))
+    bins = most // (2 * values.shape[1] + 2)
+    edges = np.linspace(t[0], t[-1], bins + 1)[1:-1]
+    parts = np.split(np.arange(len(t)), np.searchsorted(t, edges))
+    keep = {index for column in values.T for part in parts for index in _extremes(column, part)}
+    spread = np.linspace(0, len(t) - 1, max(2, most - len(keep))).astype(int)
+    return np.array(sorted(keep | set(spread.tolist())))
 
 
 def _extremes(y: Array, part: np.ndarray) -> list[int]:

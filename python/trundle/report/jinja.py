@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import re
 from functools import cache
 
@@ -11,6 +13,8 @@ __all__ = ["render_template"]
 
 _FORBIDDEN = re.compile("[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
 """Control characters that HTML forbids."""
+_SCRIPT_HASH = "sha256-of-the-script"
+"""Stands for the hash in the page's security policy until the script is rendered."""
 
 
 def render_template(package: str, template: str, **data: object) -> str:
@@ -29,10 +33,14 @@ def render_template(package: str, template: str, **data: object) -> str:
     Returns
     -------
     str
-        The page. Control characters that HTML forbids are replaced.
+        The page. Control characters that HTML forbids are replaced. Its security policy allows no request
+        and no script but its own.
     """
-    page = _environment(package).get_template(template).render(**data)
-    return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", page)
+    rendered = _environment(package).get_template(template).render(script_hash=_SCRIPT_HASH, **data)
+    page = _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", rendered)
+    script = page.rpartition("<script>")[2].partition("</script>")[0]
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    return page.replace(_SCRIPT_HASH, f"sha256-{digest}", 1)
 
 
 @cache

@@ -9,11 +9,14 @@ from trundle.report import alternatives, cards, residual, sections, tables, unex
 from trundle.report.jinja import render_template
 from trundle.report.reproduce import reproduce
 from trundle.report.series import Series
+from trundle.report.use import use
 from trundle.report.verdict import headline, is_single
 
 __all__ = ["render"]
 
 _CONTENTS = (
+    ("missing", "Missing effects"),
+    ("symptoms", "What is known"),
     ("immaterial", "Immaterial"),
     ("motion", "Motion"),
     ("wrench", "Wrench"),
@@ -42,27 +45,29 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
           that prints the sum);
         - `certificates` and `experiments`: the native module's comparisons of two `models`;
         - `unnamed`: descriptions of the discrepancy's inputs, if the model "after" contains one;
+        - `black_box`: whether a caller's `step` function simulates the motion;
         - `doubts`: warnings, including those of the diagnosis.
 
     Returns
     -------
     str
-        One HTML page without scripts or external resources. The same input gives the same bytes.
+        One HTML page, which needs no network and works without scripts. The same input gives the same bytes.
     """
     curves = Series.parse(series, single=is_single(diagnosis, series.get("unnamed")))
     recording = str(diagnosis.get("recording") or "recording")
-    symptoms = unexplained.symptoms(diagnosis, curves)
+    symptoms = unexplained.symptoms(diagnosis, curves, series.get("candidates") or ())
     data = {
         "symptoms": symptoms,
+        "predictors": unexplained.predictor_rows(curves) if symptoms else [],
         "missing": [] if symptoms else cards.missing_effects(diagnosis),
         "immaterial": tables.immaterial_effects(diagnosis),
         "motion": sections.motion(diagnosis, curves),
         "wrench": sections.wrench(curves),
         "residual": residual.residual_section(diagnosis, curves),
-        "ranking": tables.candidates(series.get("candidates") or ()),
+        "ranking": tables.candidates(diagnosis, series.get("candidates") or ()),
         "alternatives": alternatives.alternatives(diagnosis, series, curves),
         "fit": sections.error_metrics(diagnosis, curves),
-        "nominal": sections.parameters(diagnosis),
+        "nominal": sections.parameters(diagnosis, curves),
         "reproduce": reproduce(series),
     }
     warnings = series.get("doubts") or diagnosis.get("warnings") or ()
@@ -75,6 +80,7 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
         verdict=diagnosis.get("verdict"),
         wrench_pose=diagnosis.get("wrench_pose"),
         header=sections.answer_header(diagnosis, curves, warnings),
+        use=use(diagnosis, curves),
         entries=[(identity, name) for identity, name in _CONTENTS if data[identity]],
         **data,
     )

@@ -28,6 +28,8 @@ def residual_section(diagnosis: Mapping[str, Any], series: Series) -> dict[str, 
     named = diagnosis.get("verdict") in ("explained", "reparameterised")
     given = diagnosis.get("residual") or {}
     windows = given.get("windows") or ()
+    if diagnosis.get("verdict") == "unexplained":
+        windows = windows or (diagnosis.get("mismatch") or {}).get("windows") or ()
     panels = _panels(diagnosis, series, windows, ("after",) if named else ("before", "after"))
     before = _residual_before(diagnosis, series) if named else None
     sentences = (
@@ -70,7 +72,7 @@ def _period_sentence(entry: Mapping[str, Any]) -> str:
     of, unit = str(entry.get("of")), str(entry.get("unit") or "")
     period, amplitude = finite(entry.get("period")), format_quantity("N", entry.get("amplitude"))
     text = format_quantity(unit, period) if unit == "m" else format_estimate(period, None, unit)
-    return f"It is periodic in the {of}: period {text}, amplitude {amplitude}."
+    return f"It is periodic in {of}: period {text}, amplitude {amplitude}."
 
 
 def _residual_before(diagnosis: Mapping[str, Any], series: Series) -> dict[str, Any] | None:

@@ -101,6 +101,8 @@ def error_metrics(diagnosis: Mapping[str, Any], series: Series) -> Section:
     sides = ("refitted", "with the missing effects")
     if diagnosis.get("verdict") == "reparameterised":
         sides = ("as given", "refitted")
+    if diagnosis.get("verdict") == "unexplained":
+        sides = ("refitted", _unexplained_after(series))
     above = headline_metric(diagnosis, series) if verdict_scores(diagnosis)[0] == "held-out" else None
     return {
         "sides": None if single else sides,
@@ -110,13 +112,20 @@ def error_metrics(diagnosis: Mapping[str, Any], series: Series) -> Section:
     }
 
 
-def parameters(diagnosis: Mapping[str, Any]) -> Section | None:
+def _unexplained_after(series: Series) -> str:
+    """Return what the simulation "after" contains if the missing effect is not known."""
+    return "with the learned force" if series.discrepancy_inputs else "with the closest effects"
+
+
+def parameters(diagnosis: Mapping[str, Any], series: Series) -> Section | None:
     """Return the parameters of the simulation under test; None if there are none."""
     given = diagnosis.get("nominal") or {}
     found = tables.nominal_parameters(given)
     if found is None:
         return None
     same = not given.get("after") or given.get("after") == given.get("before")
-    how = "Refitted" if same else "Refitted without (before) and with (after) the missing effects"
+    is_unexplained = diagnosis.get("verdict") == "unexplained"
+    added = _unexplained_after(series) if is_unexplained else "with the missing effects"
+    how = "Refitted" if same else f"Refitted alone (before) and {added} (after)"
     how = "As given and refitted (after)" if diagnosis.get("verdict") == "reparameterised" else how
     return {"fit": how, **found}

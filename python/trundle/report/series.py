@@ -58,6 +58,7 @@ class Series:
     """The curves of a diagnosis. Footprint polygons and support points are (k, 2), object frame, in m.
 
     `discrepancy_inputs` describes the inputs of the model discrepancy, if the model "after" contains one.
+    `is_black_box` tells that a caller's `step` function simulates the motion.
     """
 
     footprint: tuple[Array, ...]
@@ -66,6 +67,7 @@ class Series:
     quasi_static: bool
     episodes: tuple[Episode, ...]
     discrepancy_inputs: tuple[str, ...] = ()
+    is_black_box: bool = False
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -101,6 +103,7 @@ class Series:
             quasi_static=bool(given.get("quasi_static")),
             episodes=tuple(_episode(episode, single) for episode in given.get("episodes") or ()),
             discrepancy_inputs=tuple(str(text) for text in given.get("unnamed") or ()),
+            is_black_box=bool(given.get("black_box")),
         )
 
 

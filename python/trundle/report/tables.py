@@ -8,6 +8,7 @@ from typing import Any
 from trundle.report import wording
 from trundle.report.parameter import Quantity, format_parameter
 from trundle.report.quantity import ABSENT, display_scale, format_interval, format_significant, key_to_words
+from trundle.report.results import results
 from trundle.report.series import Series, finite
 from trundle.report.verdict import before_after
 
@@ -92,6 +93,10 @@ def _reason(key: str, side: str, series: Series) -> str:
         return "there is no heading on a rail"
     if key == "force_bandwidth" and series.quasi_static:
         return "only wrenches are compared, which requires no acceleration"
+    if key == "log_predictive_density" and series.is_black_box:
+        return "a black-box simulator has no predictive density"
+    if series.is_black_box and key in ("force_rmse", "torque_rmse", "force_bandwidth"):
+        return "a black-box simulator does not give the wrench that a motion requires"
     if series.quasi_static and key not in ("force_rmse", "torque_rmse"):
         return (
             "quasi-static pushes do not determine the mass, so the wrench is compared instead of the motion"
@@ -118,14 +123,21 @@ def effect_parameters(given: Mapping[str, Any]) -> list[tuple[str, list[Quantity
     return [(key_to_words(name), [format_parameter(value)]) for name, value in given.items()]
 
 
-def candidates(ranking: Sequence[Mapping[str, Any]]) -> list[Row]:
-    """Return a row for each candidate, with its log evidence relative to the best."""
+def candidates(diagnosis: Mapping[str, Any], ranking: Sequence[Mapping[str, Any]]) -> list[Row]:
+    """Return a row for each candidate, with its log evidence relative to the best, and the result."""
     evidence = [value for entry in ranking if (value := finite(entry.get("log_evidence"))) is not None]
     best = max(evidence, default=0.0)
     effects = [wording.effect_names(entry.get("effects") or ()) for entry in ranking]
     return [
-        {"effects": names, "is_repeated": names in effects[:index], **_candidate(entry, best)}
-        for index, (names, entry) in enumerate(zip(effects, ranking, strict=True))
+        {
+            "effects": names,
+            "is_repeated": names in effects[:index],
+            "result": result,
+            **_candidate(entry, best),
+        }
+        for index, (names, entry, result) in enumerate(
+            zip(effects, ranking, results(diagnosis, ranking), strict=True)
+        )
     ]
 
 
@@ -136,8 +148,8 @@ def _candidate(entry: Mapping[str, Any], best: float) -> Row:
     )
     return {
         "evidence": behind,
+        "evidence_value": "" if evidence is None else evidence - best,
         "score": ABSENT if score is None else format_significant(score, 4),
-        "reason": str(entry.get("reason") or ""),
     }
 
 
@@ -150,6 +162,7 @@ def windows(given: Sequence[Mapping[str, Any]]) -> list[Row]:
             {
                 "episode": str(window.get("episode")),
                 "time": ABSENT if start is None or end is None else format_interval(start, end),
+                "strength": "" if strength is None else -strength,
                 "exponent": "" if strength is None else f"{-strength:.0f}".replace("-", "\N{MINUS SIGN}"),
             }
         )

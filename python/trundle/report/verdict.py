@@ -16,6 +16,7 @@ __all__ = [
     "improvement_sentence",
     "is_single",
     "lead_sentences",
+    "tied_with",
     "verdict_scores",
 ]
 
@@ -36,6 +37,8 @@ def headline(diagnosis: Mapping[str, Any]) -> str:
     names = [str(effect.get("effect")) for effect in diagnosis.get("missing") or ()]
     if verdict == "explained" and names:
         return wording.capitalise(_missing_sentence(names, diagnosis))
+    if verdict == "consistent" and diagnosis.get("immaterial"):
+        return "Nothing that matters for predictions is missing from the simulation."
     return {
         "consistent": "Nothing is missing: the simulation agrees with the recording.",
         "reparameterised": "No effect is missing, but the parameter values of the simulation are wrong.",
@@ -48,7 +51,10 @@ def _missing_sentence(names: Sequence[str], diagnosis: Mapping[str, Any]) -> str
 
     Instrument effects belong to the measurement, so the sentence does not call them missing physics.
     """
-    sets = [[name, *_tied_with(name, diagnosis)] for name in names]
+    alternatives = [group for entry in diagnosis.get("tied_sets") or () if len(entry) > 1 for group in entry]
+    if any(sorted(map(str, group)) == sorted(names) for group in alternatives):
+        return f"missing from the simulation: {wording.effect_sets(alternatives)}."
+    sets = [[name, *tied_with(name, diagnosis)] for name in names]
     missing = join_words([wording.effect_names(group, "or") for group in sets])
     if all(name in wording.INSTRUMENT_EFFECTS for group in sets for name in group):
         return f"the error is in the measurement, not in the physics: {missing}."
@@ -57,21 +63,27 @@ def _missing_sentence(names: Sequence[str], diagnosis: Mapping[str, Any]) -> str
 
 def lead_sentences(diagnosis: Mapping[str, Any], series: Series) -> list[str]:
     """Return the sentences below the headline, most important first."""
-    sentences = _statements(diagnosis.get("missing") or ())
+    sentences = _statements(diagnosis)
     ties = [_tie_sentence(group) for group in diagnosis.get("tied") or () if len(group) > 1]
     ties += [_tied_sets_sentence(sets) for sets in diagnosis.get("tied_sets") or () if len(sets) > 1]
     changed = _changed_value_sentence(diagnosis) if diagnosis.get("verdict") == "reparameterised" else []
     return [*sentences, improvement_sentence(diagnosis, series), *changed, *ties]
 
 
-def _statements(effects: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the statement of each effect, preceded by its number on the maps if there are several."""
-    numbers = [f"{number}. " if len(effects) > 1 else "" for number in range(1, len(effects) + 1)]
-    return [
-        number + wording.typeset(effect["statement"])
-        for number, effect in zip(numbers, effects, strict=True)
-        if effect.get("statement")
-    ]
+def _statements(diagnosis: Mapping[str, Any]) -> list[str]:
+    """Return the statement of each effect, after its number on the maps if there are several.
+
+    The statement of a tied effect holds only if it is that effect, and says so.
+    """
+    effects = diagnosis.get("missing") or ()
+    found = []
+    for number, effect in enumerate(effects, 1):
+        if effect.get("statement"):
+            name = str(effect.get("effect"))
+            start = f"{number}. " if len(effects) > 1 else ""
+            condition = f"If it is {wording.effect_name(name)}: " if tied_with(name, diagnosis) else ""
+            found.append(start + condition + wording.typeset(effect["statement"]))
+    return found
 
 
 def is_single(diagnosis: Mapping[str, Any], discrepancy_inputs: object) -> bool:
@@ -137,10 +149,11 @@ def _cause_phrase(diagnosis: Mapping[str, Any], series: Series) -> str:
 
 
 def _noise_phrase(diagnosis: Mapping[str, Any]) -> str:
-    return ", which noise explains" if diagnosis.get("verdict") == "consistent" else ""
+    is_clean = diagnosis.get("verdict") == "consistent" and not diagnosis.get("immaterial")
+    return ", which noise explains" if is_clean else ""
 
 
-def _tied_with(effect: str, diagnosis: Mapping[str, Any]) -> list[str]:
+def tied_with(effect: str, diagnosis: Mapping[str, Any]) -> list[str]:
     """Return the effects that the data cannot distinguish from `effect`."""
     groups = [[str(name) for name in group] for group in diagnosis.get("tied") or ()]
     found = [name for group in groups if effect in group for name in group if name != effect]

@@ -8,7 +8,7 @@ from pathlib import Path
 from trundle._optional import require
 from trundle.cli.options import add_config, add_execution, positive_int, select_execution
 
-HELP = "Compare agents on the same hidden worlds and write the results as a document."
+HELP = "Compare agents on the same hidden worlds and write the results as a document and a page."
 EXAMPLE = "trundle compare configs/experiments/compare_small.toml --jobs 2 --out comparison"
 
 DEFAULT_OUT = "comparison"

@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from trundle.cli.options import add_out
-from trundle.cli.progress import Progress
+from trundle.cli.paths import Input, Output, declare
+from trundle.progress import Progress
 
 HELP = "Write a recording, a diagnosis or a run for the Rerun viewer (.rrd); needs the extra `rerun`."
 EXAMPLE = "trundle view diagnosis/table --out table.rrd --open"
@@ -26,7 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="recording of a diagnosis (default: the one with the stated name near the diagnosis)",
     )
-    add_out(parser, "output file (default: name of SOURCE with .rrd appended)")
+    add_out(
+        parser,
+        "output file (default: name of SOURCE with .rrd appended)",
+        Output("--out", "file", (".rrd",)),
+    )
+    declare(parser, "source", Input("SOURCE", "any"))
+    declare(parser, "recording", Input("--recording", "recording"))
     parser.add_argument("--open", action="store_true", help="open the file in the Rerun viewer")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from trundle.atomic import write_text
 from trundle.experiments import figure_style
-from trundle.experiments.comparison import figures, tables
+from trundle.experiments.comparison import figures, page, tables
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.comparison.results import Curves, Results, read_costs, read_curves, read_results
 from trundle.experiments.comparison.scores import regret, success
@@ -23,7 +23,7 @@ Group = Mapping[str, Sequence[Row]]
 
 
 def write_document(out: Path, settings: Settings, config: Path) -> str:
-    """Write `NAME.md` and its figures from `NAME/`; return the text.
+    """Write `NAME.md` with its figures, and the page `NAME.html`, from `NAME/`; return the text.
 
     Parameters
     ----------
@@ -50,6 +50,7 @@ def write_document(out: Path, settings: Settings, config: Path) -> str:
     costs = tables.decision_costs(settings, read_costs(folder / "costs.json"))
     text = render_page(settings, results, curves, costs, config)
     write_text(out / f"{settings.name}.md", text)
+    write_text(out / f"{settings.name}.html", page.render(text, settings, results, curves))
     return text
 
 

@@ -36,7 +36,7 @@ MAX_STAGES = 6
 def render(settings: Settings, config: str, episodes: Sequence[Episode]) -> str:
     """Render the page of at least one episode; `config` is the name of the settings file.
 
-    The page is one self-contained file. The same input gives the same bytes.
+    The page needs no network and works without scripts. The same input gives the same bytes.
     """
     hidden = settings.arguments.get("hidden")
     run = f"Run of {settings.environment}" + (f', hidden="{hidden}"' if hidden else "")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trundle.report.figures.data import Data
 from trundle.report.series import Array
 from trundle.report.svg import Child, Markup, format_number, join, tag
 
@@ -46,6 +47,8 @@ class Figure:
         Content of the SVG.
     caption
         Parts of the caption.
+    data
+        The drawn data, for the link in the caption.
     """
 
     identity: str
@@ -54,14 +57,21 @@ class Figure:
     view_box: str
     drawing: Markup
     caption: tuple[Caption, ...]
+    data: Data
 
 
 def figure(
-    identity: str, title: str, description: str, height: float, drawing: Child, *caption: Caption
+    identity: str,
+    title: str,
+    description: str,
+    height: float,
+    drawing: Child,
+    *caption: Caption,
+    data: Data,
 ) -> Figure:
     """Return a figure of some height, user units."""
     view_box = f"0 0 {format_number(WIDTH)} {format_number(height)}"
-    return Figure(identity, title, description, view_box, join([drawing]), caption)
+    return Figure(identity, title, description, view_box, join([drawing]), caption, data)
 
 
 def label(text: str, x: float, y: float, style: str = "", anchor: str | None = None) -> Markup:

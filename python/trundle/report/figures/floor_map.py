@@ -10,6 +10,7 @@ import numpy as np
 from trundle.picture import place_outline
 from trundle.report.figures import marks, missing_force
 from trundle.report.figures.canvas import WIDTH, Caption, Figure, figure
+from trundle.report.figures.data import Data
 from trundle.report.figures.motion import pose_at_event
 from trundle.report.figures.top_view import TopView
 from trundle.report.location import Event, Place, locate_effects, polygon
@@ -18,6 +19,9 @@ from trundle.report.series import Array, Episode, Series
 from trundle.report.svg import Markup
 
 __all__ = ["draw"]
+
+_MAX_PATH_POINTS = 60
+"""About the largest number of points of each path in the data."""
 
 
 def draw(diagnosis: Mapping[str, Any], series: Series) -> Figure | None:
@@ -44,7 +48,21 @@ def draw(diagnosis: Mapping[str, Any], series: Series) -> Figure | None:
     )
     caption = _caption(named, hint, longest, bool(moments))
     text = f"Recorded paths of all episodes in the world frame. {' '.join(_sentences(named, hint, longest))}"
-    return figure("floor", "Top view of the floor", text, view.total_height, drawing, *caption)
+    title, data = "Top view of the floor", _data(drawn, named, hint)
+    return figure("floor", title, text, view.total_height, drawing, *caption, data=data)
+
+
+def _data(drawn: Sequence[Episode], named: Sequence[Place], hint: Array | None) -> Data:
+    """Return the corners of marked regions, marked points, and evenly spaced points of every path."""
+    rows: list[tuple[str | float | None, ...]] = [
+        ("corner of a region", None, x, y) for corners in _regions(named, hint) for x, y in corners.tolist()
+    ]
+    rows += [(each.name, None, *each.world.mean.tolist()) for each in named if each.world is not None]
+    for episode in drawn:
+        few = slice(None, None, max(1, len(episode.t) // _MAX_PATH_POINTS))
+        path = np.column_stack([episode.t, episode.observed[:, :2]])[few].tolist()
+        rows += [(episode.name, *point) for point in path]
+    return Data(("mark or episode", "time, s", "x, m", "y, m"), rows)
 
 
 def _event_pose(event: Event | None, episodes: Sequence[Episode]) -> Array | None:

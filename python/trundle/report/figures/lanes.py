@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,11 +20,15 @@ from trundle.report.figures.canvas import (
     polyline,
     ticks,
 )
+from trundle.report.figures.curves import Curve, Lane, Marks, bounds, table
 from trundle.report.quantity import display_scale
 from trundle.report.series import Array
-from trundle.report.svg import Markup, join, tag
+from trundle.report.svg import Markup, format_number, join, tag
 
-__all__ = ["Curve", "Lane", "Marks", "bounds", "draw", "lane_figure"]
+__all__ = ["draw", "lane_figure"]
+
+TIME_AXIS = "time, s"
+"""Title of the time axis."""
 
 _LEFT, _RIGHT = 50.0, 12.0
 _TITLE, _GAP, _AXIS = 18.0, 9.0, 32.0
@@ -32,58 +36,26 @@ _PLOT_WIDTH = WIDTH - _LEFT - _RIGHT
 _MIN_LABEL_SPACING = 26.0
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A curve over time, (n,) each.
-
-    `style` is a CSS class. With `width` (n,) the curve is a band y ± width. With `is_dotted` its points are
-    drawn as dots.
-    """
-
-    style: str
-    t: Array
-    y: Array
-    width: Array | None = None
-    is_dotted: bool = False
-
-
-@dataclass(frozen=True)
-class Lane:
-    """Curves over one value axis.
-
-    With `limits` None the axis fits the curves. With `is_log_distance` values are common logarithms of
-    distances in m, and the axis is labelled with distances.
-    """
-
-    title: str
-    curves: tuple[Curve, ...]
-    limits: tuple[float, float] | None = None
-    height: float = 60.0
-    is_log_distance: bool = False
-
-
-@dataclass(frozen=True)
-class Marks:
-    """Marks on the time axis, s: shaded windows, and events (time, name) as lines."""
-
-    windows: Sequence[tuple[float, float]] = field(default=())
-    events: Sequence[tuple[float, str]] = field(default=())
-
-
 def draw(
-    lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None
+    lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None, axis: str = TIME_AXIS
 ) -> tuple[Markup, float]:
-    """Draw lanes over a time span, s; return the drawing and its height."""
+    """Draw lanes over a time span, s, or a span in the unit of `axis`; return the drawing and its height.
+
+    The script of the page finds the time span, the frame and the columns of the data in attributes.
+    """
     marks = marks or Marks()
     height = sum(_TITLE + lane.height + _GAP for lane in lanes) + _AXIS
     parts: list[Markup] = []
-    top = 0.0
+    top, column = 0.0, 1
     for index, lane in enumerate(lanes):
-        frame = _Frame(span, lane, top + _TITLE)
+        frame = _Frame(span, lane, top + _TITLE, column)
         parts.append(frame.draw(marks))
         parts += frame.names(marks.events) if index == 0 else []
         top += _TITLE + lane.height + _GAP
-    return join([*parts, _time_axis(span, top - _GAP)]), height
+        column += len(lane.curves)
+    parts.append(tag("g", _time_axis(span, top - _GAP, axis), class_="time-axis", data_y=top - _GAP))
+    frame_numbers = " ".join(f"{value:.6g}" for value in (*span, _LEFT, _PLOT_WIDTH, top - _GAP))
+    return tag("g", parts, class_="lanes", data_frame=frame_numbers), height
 
 
 def lane_figure(
@@ -94,35 +66,22 @@ def lane_figure(
     span: tuple[float, float],
     *caption: Caption,
     marks: Marks | None = None,
+    axis: str = TIME_AXIS,
 ) -> Figure:
-    """Return a figure of lanes over a time span, s."""
-    drawing, height = draw(lanes, span, marks)
-    return figure(identity, title, description, height, drawing, *caption)
-
-
-def bounds(curves: Sequence[Curve]) -> tuple[float, float]:
-    """Return limits that contain all curves with a margin; they are never equal."""
-    values = np.concatenate([np.empty(0), *(part for curve in curves for part in _edges(curve))])
-    values = values[np.isfinite(values)]
-    if not len(values):
-        return -1.0, 1.0
-    low, high = float(values.min()), float(values.max())
-    margin = 0.06 * (high - low) or max(abs(high), 1.0) * 0.5
-    return low - margin, high + margin
-
-
-def _edges(curve: Curve) -> Iterator[Array]:
-    width = np.zeros(1) if curve.width is None else curve.width
-    yield from (curve.y - width, curve.y + width)
+    """Return a figure of lanes over a time span, s, or a span in the unit of `axis`."""
+    drawing, height = draw(lanes, span, marks, axis)
+    data = table(lanes).data(axis)
+    return figure(identity, title, description, height, drawing, *caption, data=data)
 
 
 @dataclass(frozen=True)
 class _Frame:
-    """One lane on the page: converts time and value to user units."""
+    """One lane on the page: converts time and value to user units; `column` is the first one of its data."""
 
     span: tuple[float, float]
     lane: Lane
     top: float
+    column: int
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -138,17 +97,33 @@ class _Frame:
         return place
 
     def draw(self, marks: Marks) -> Markup:
-        box = tag("rect", x=_LEFT, y=self.top, width=_PLOT_WIDTH, height=self.lane.height, class_="box")
+        size = {"x": _LEFT, "y": self.top, "width": _PLOT_WIDTH, "height": self.lane.height}
+        plot = tag(
+            "svg",
+            [self._window(*window) for window in marks.windows],
+            [self._curve(curve) for curve in self.lane.curves],
+            [self._event(time) for time, _ in marks.events],
+            viewBox=" ".join(format_number(value) for value in size.values()),
+            preserveAspectRatio="none",
+            class_="plot",
+            **size,
+        )
         return join(
             [
                 label(self.lane.title, _LEFT, self.top - 5.0, "lane"),
-                box,
-                [self._window(*window) for window in marks.windows],
+                self._readout(),
+                tag("rect", class_="box", **size),
                 self._value_axis(),
-                [self._curve(curve) for curve in self.lane.curves],
-                [self._event(time) for time, _ in marks.events],
+                plot,
             ]
         )
+
+    def _readout(self) -> Markup:
+        """Return the empty text in which the script shows the values at the pointer."""
+        named = enumerate(self.lane.curves, self.column)
+        columns = "|".join(f"{column}:{curve.name}" for column, curve in named if curve.width is None)
+        place = {"x": _LEFT + _PLOT_WIDTH, "y": self.top - 5.0}
+        return tag("text", class_="readout", text_anchor="end", data_columns=columns, **place)
 
     def names(self, events: Sequence[tuple[float, str]]) -> Iterator[Markup]:
         """Yield the names of events next to their lines; names of close events share a label."""
@@ -217,12 +192,12 @@ def _time_to_x(span: tuple[float, float], t: Array) -> Array:
     return place
 
 
-def _time_axis(span: tuple[float, float], y: float) -> Iterator[Markup]:
+def _time_axis(span: tuple[float, float], y: float, axis: str) -> Iterator[Markup]:
     values, places = ticks(*span, most=6)
     for value, x in zip(values, _time_to_x(span, np.array(values)), strict=True):
         yield tag("line", x1=x, x2=x, y1=y, y2=y + 4.0, class_="axis")
         yield label(_tick(value, places), x, y + 16.0, "tick", "middle")
-    yield label("time, s", _LEFT + _PLOT_WIDTH, y + 30.0, "tick", "end")
+    yield label(axis, _LEFT + _PLOT_WIDTH, y + 30.0, "tick", "end")
 
 
 def _tick(value: float, places: int) -> str:

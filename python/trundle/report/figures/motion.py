@@ -9,7 +9,8 @@ import numpy as np
 from trundle.picture import place_outline
 from trundle.report.figures import lanes, marks
 from trundle.report.figures.canvas import Figure, figure, label
-from trundle.report.figures.lanes import Curve, Lane, Marks
+from trundle.report.figures.curves import Curve, Lane, Marks, bounds, table
+from trundle.report.figures.data import Data
 from trundle.report.figures.top_view import TopView
 from trundle.report.location import Event, Place
 from trundle.report.quantity import Scale, display_scale, format_quantity
@@ -27,20 +28,31 @@ def draw(index: int, episode: Episode, series: Series, named: Sequence[Place]) -
     on_rail = "theta" not in series.dof
     view = None if on_rail else _plan(episode, series, named)
     top = 0.0 if view is None else view.total_height
-    rows = [_position(episode)] if on_rail else []
+    rows = ([_position(episode)] if on_rail else []) + _errors(episode, on_rail)
     span = (float(episode.t[0]), float(episode.t[-1]))
-    graph, height = lanes.draw(
-        rows + _errors(episode, on_rail), span, Marks(events=events_in(episode, named))
-    )
-    drawn_map = None if view is None else _map(view, episode, series, named)
+    graph, height = lanes.draw(rows, span, Marks(events=events_in(episode, named)))
+    data, tracks = _data(episode, rows, on_rail)
+    drawn_map = None if view is None else _map(view, episode, series, named, tracks)
     drawing = [drawn_map, tag("g", graph, transform=f"translate(0 {top:.2f})")]
     kind = "held out" if episode.held_out else "fitted"
     shown = "Position over time" if on_rail else "Top view of the path with the outline at start and end"
     text = f"{shown}, recorded and simulated. Below: error over time. {_final_error(episode)}"
     caption = episode.name, f" ({kind}). {_final_error(episode)}"
-    return figure(
-        f"motion-{index}", f"Motion in {episode.name}, {kind}", text, top + height, drawing, caption
-    )
+    title = f"Motion in {episode.name}, {kind}"
+    return figure(f"motion-{index}", title, text, top + height, drawing, caption, data=data)
+
+
+def _data(episode: Episode, rows: Sequence[Lane], on_rail: bool) -> tuple[Data, str]:
+    """Return the data of an episode, and the columns of the points that the map marks at a time."""
+    found = table(rows)
+    if on_rail:
+        return found.data(), ""
+    tracks = []
+    for side, poses in (("recorded", episode.observed), *_simulated(episode)):
+        column = len(found.names) + 1
+        tracks.append(f"{side}:{column}:{column + 1}")
+        found = found.with_columns([f"{side} x, m", f"{side} y, m", f"{side} heading, rad"], poses)
+    return found.data(), "|".join(tracks)
 
 
 def events_in(episode: Episode, named: Sequence[Place]) -> list[tuple[float, str]]:
@@ -101,7 +113,7 @@ def _first_and_last(poses: Array) -> Array:
     return seen[[0, -1]] if len(seen) else seen
 
 
-def _map(view: TopView, episode: Episode, series: Series, named: Sequence[Place]) -> list[Child]:
+def _map(view: TopView, episode: Episode, series: Series, named: Sequence[Place], tracks: str) -> list[Child]:
     ends = _first_and_last(episode.observed)
     start, stop = ends[:1], ends[1:]
     return view.with_frame(
@@ -121,6 +133,7 @@ def _map(view: TopView, episode: Episode, series: Series, named: Sequence[Place]
         [marks.cross(view, place.world) for place in named if place.world is not None],
         [_start(view, pose) for pose in start],
         _events(view, episode, named),
+        tracks=tracks,
     )
 
 
@@ -164,7 +177,7 @@ def _errors(episode: Episode, on_rail: bool) -> list[Lane]:
 
 def _error_lane(title: str, t: Array, scale: Scale, misfits: Sequence[tuple[str, Array]]) -> Lane:
     curves = tuple(Curve(side, t, values * scale.factor) for side, values in misfits)
-    low, high = lanes.bounds([*curves, Curve("", t[:1], np.zeros(1))])
+    low, high = bounds([*curves, Curve("", t[:1], np.zeros(1))])
     return Lane(title, curves, (low if low < -0.1 * high else 0.0, high))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from trundle.report.figures import marks, wheels
 from trundle.report.figures.canvas import Caption, Figure, figure, label
+from trundle.report.figures.data import Data
 from trundle.report.figures.top_view import TopView
 from trundle.report.location import Place, Point, finite_pair, locate_effects
 from trundle.report.quantity import format_point
@@ -54,7 +55,25 @@ def draw(diagnosis: Mapping[str, Any], series: Series) -> Figure | None:
         view.total_height,
         drawing,
         *_caption(named, hint, len(fitted), bool(series.feet)),
+        data=_data(series, fitted, named, hint),
     )
+
+
+def _data(
+    series: Series,
+    fitted: Sequence[wheels.Wheel],
+    named: Sequence[tuple[Place, Point]],
+    hint: Array | None,
+) -> Data:
+    """Return every point of the map: what it is, position and standard deviation, m, and angle, rad."""
+    rows: list[tuple[str | float | None, ...]] = [
+        ("corner", x, y, None, None, None) for polygon in series.footprint for x, y in polygon.tolist()
+    ]
+    rows += [("support", x, y, None, None, None) for x, y in series.support.tolist()]
+    rows += [("wheel", *wheel.position.tolist(), None, None, wheel.angle) for wheel in fitted]
+    rows += [(place.name, *point.mean.tolist(), *point.sd.tolist(), None) for place, point in named]
+    rows += [] if hint is None else [("missing wrench", *hint.tolist(), None, None, None)]
+    return Data(("mark", "x, m", "y, m", "sd of x, m", "sd of y, m", "angle, rad"), rows)
 
 
 def hint_point(diagnosis: Mapping[str, Any]) -> Array | None:
@@ -90,7 +109,10 @@ def _axes(view: TopView, corners: Array) -> list[Markup]:
     tips = np.array([[0.0, 0.0], [length, 0.0], [0.0, length]])
     origin, x, y = view.to_page(tips)
     arms = [marks.arrow(origin, tip, "axis", head=6.0) for tip in (x, y)]
-    names = [label("x", x[0] + 5.0, x[1] + 4.0, "tick"), label("y", y[0], y[1] - 6.0, "tick", "middle")]
+    names = [
+        label("x", x[0] + 5.0, x[1] + 4.0, "tick halo"),
+        label("y", y[0], y[1] - 6.0, "tick halo", "middle"),
+    ]
     return [*arms, *names]
 
 

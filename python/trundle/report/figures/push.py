@@ -9,7 +9,8 @@ import numpy as np
 
 from trundle.report.figures import lanes, marks
 from trundle.report.figures.canvas import Figure, figure, label
-from trundle.report.figures.lanes import Curve, Lane
+from trundle.report.figures.curves import Curve, Lane, bounds
+from trundle.report.figures.data import Data
 from trundle.report.figures.object_map import draw_object
 from trundle.report.figures.top_view import TopView
 from trundle.report.location import finite_pair
@@ -55,7 +56,8 @@ def draw(identity: str, number: int | None, push: Mapping[str, Any], series: Ser
     text = _instruction(grasp, way, turns)
     title = "Discriminating push" if number is None else f"Discriminating push {number}"
     caption = "" if number is None else f"Push {number}. ", text
-    return figure(f"push-{identity}", title, text, view.total_height + height, drawing, caption)
+    data = Data(("time, s", "force along, N", "force across, N", "torque, N·m"), knots.tolist())
+    return figure(f"push-{identity}", title, text, view.total_height + height, drawing, caption, data=data)
 
 
 def _instruction(grasp: Array, way: float | None, turns: bool) -> str:
@@ -118,5 +120,5 @@ def _time_course(knots: Array) -> tuple[Markup, float]:
 
 
 def _lane(title: str, t: Array, values: Array) -> Lane:
-    limits = lanes.bounds([Curve("", t, values), Curve("", t[:1], np.zeros(1))])
+    limits = bounds([Curve("", t, values), Curve("", t[:1], np.zeros(1))])
     return Lane(title, (Curve("after", t, values),), limits)

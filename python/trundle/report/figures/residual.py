@@ -9,7 +9,7 @@ import numpy as np
 
 from trundle.report.figures import lanes
 from trundle.report.figures.canvas import Figure
-from trundle.report.figures.lanes import Curve, Lane, Marks
+from trundle.report.figures.curves import Curve, Lane, Marks, bounds
 from trundle.report.figures.motion import events_in
 from trundle.report.location import Place
 from trundle.report.series import Episode, Residual, Series, finite
@@ -58,13 +58,14 @@ def draw(
     span = (float(residual.t[0]), float(residual.t[-1]))
     text = "Missing force and torque over time. The grey band shows two standard deviations of the noise."
     kind = "held out" if episode.held_out else "fitted"
+    count = _window_count_sentence(inside, episode.held_out)
     return lanes.lane_figure(
         f"residual-{identity}",
         f"Missing wrench in {episode.name}",
-        f"{text} {_window_count_sentence(inside)}",
+        f"{text} {count}",
         rows,
         span,
-        (episode.name, f" ({kind}). {_window_count_sentence(inside)}"),
+        (episode.name, f" ({kind}). {count}"),
         marks=Marks(inside, events_in(episode, named)),
     )
 
@@ -81,7 +82,7 @@ def _channel_lanes(channel: int, residual: Residual, shown: Sequence[str]) -> li
     curves = {side: Curve(f"{side} whole", residual.t, values) for side, values in sides}
     noise = {side: _band(residual, side, channel) for side in curves}
     drawn = (*curves.values(), *(band for bands in noise.values() for band in bands))
-    reach = max((abs(limit) for curve in drawn for limit in lanes.bounds([curve])), default=1.0)
+    reach = max((abs(limit) for curve in drawn for limit in bounds([curve])), default=1.0)
     return [
         Lane(
             _title(name, unit, side if len(curves) > 1 else ""),
@@ -103,9 +104,10 @@ def _band(residual: Residual, side: str, channel: int) -> list[Curve]:
     return [] if sd is None else [Curve("band", residual.t, np.zeros(len(sd)), 2.0 * sd[:, channel])]
 
 
-def _window_count_sentence(windows: Sequence[tuple[float, float]]) -> str:
+def _window_count_sentence(windows: Sequence[tuple[float, float]], held_out: bool) -> str:
+    """Return how many windows exceed the noise; they are searched in fitted episodes only."""
     if not windows:
-        return "No window exceeds the noise."
+        return "" if held_out else "No window exceeds the noise."
     return (
         "One window exceeds the noise." if len(windows) == 1 else f"{len(windows)} windows exceed the noise."
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trundle.report.decimate import simplify
-from trundle.report.figures.canvas import WIDTH, finite_runs, label, polyline, round_down_125
+from trundle.report.figures.canvas import WIDTH, finite_runs, polyline, round_down_125
 from trundle.report.quantity import display_scale
 from trundle.report.series import Array
 from trundle.report.svg import Child, Markup, tag
@@ -77,10 +77,21 @@ class TopView:
         corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in self.to_page(polygon))
         return tag("polygon", points=corners, class_=style)
 
-    def with_frame(self, *drawing: Child) -> list[Child]:
-        """Return the drawing clipped to a frame, with the scale bar below."""
+    def with_frame(self, *drawing: Child, tracks: str = "") -> list[Child]:
+        """Return the drawing clipped to a frame, with the scale bar below.
+
+        `tracks` names the columns of the data with points that the script marks at the time under the
+        pointer, as ``STYLE:X:Y`` separated by ``|``.
+        """
         inner = tag(
-            "svg", *drawing, width=WIDTH, height=self.height, viewBox=f"0 0 {WIDTH:.0f} {self.height:.2f}"
+            "svg",
+            *drawing,
+            width=WIDTH,
+            height=self.height,
+            viewBox=f"0 0 {WIDTH:.0f} {self.height:.2f}",
+            class_="plot map",
+            data_scale=f"{self.scale:.6g} {self.centre[0]:.6g} {self.centre[1]:.6g}",
+            **({"data_tracks": tracks} if tracks else {}),
         )
         frame = tag("rect", x=0.5, y=0.5, width=WIDTH - 1.0, height=self.height - 1.0, class_="box")
         return [frame, inner, self._bar()]
@@ -93,5 +104,5 @@ class TopView:
         return [
             tag("line", x1=2.0, x2=end, y1=y, y2=y, class_="axis"),
             *ends,
-            label(text, end + 7.0, y + 4.0, "tick"),
+            tag("text", text, x=end + 7.0, y=y + 4.0, class_="tick", data_length=length),
         ]

@@ -8,7 +8,8 @@ import numpy as np
 
 from trundle.report.figures import lanes
 from trundle.report.figures.canvas import WIDTH, Figure, dots, figure, label, ticks
-from trundle.report.figures.lanes import Curve, Lane
+from trundle.report.figures.curves import Curve, Lane
+from trundle.report.figures.data import Data
 from trundle.report.figures.residual import CHANNELS
 from trundle.report.quantity import format_significant
 from trundle.report.series import Array, Episode, Series, Wrench, held_out_first
@@ -16,7 +17,7 @@ from trundle.report.svg import Markup, join, tag
 
 __all__ = ["agreement", "time_course"]
 
-_PLOT_SIZE, _LEFT, _PLOT_GAP, _TOP = 142.0, 44.0, 22.0, 20.0
+_PLOT_SIZE, _LEFT, _PLOT_GAP, _TOP = 134.0, 44.0, 36.0, 20.0
 _MAX_POINTS = 500
 
 
@@ -60,13 +61,14 @@ def _channel(channel: int, wrenches: Sequence[Wrench], kind: str) -> Figure:
     name, unit = CHANNELS[channel]
     recorded = np.concatenate([wrench.recorded[:, channel] for wrench in wrenches])
     reach = float(np.abs(recorded[np.isfinite(recorded)]).max(initial=0.0)) * 1.25 or 1.0
-    plots, errors = [], []
+    plots, errors, columns = [], [], {f"recorded, {unit}": recorded}
     single = all(wrench.before is None for wrench in wrenches)
     for place, side in enumerate(("before", "after")):
         required = np.concatenate([_required(wrench, side, channel) for wrench in wrenches])
         error = _rms(required - recorded)
         if error is not None:
             errors.append(f"{format_significant(error, 2)} {unit}{'' if single else f' {side}'}")
+            columns[f"required {side}, {unit}"] = required
             plots.append(_scatter_plot(place, side, recorded, required, reach))
     text = f"RMS error: {', '.join(errors)}." if errors else "No model wrench."
     axes = label(f"recorded, {unit}", WIDTH - 8.0, _TOP + _PLOT_SIZE + 32.0, "tick", "end")
@@ -78,6 +80,7 @@ def _channel(channel: int, wrenches: Sequence[Wrench], kind: str) -> Figure:
         _TOP + _PLOT_SIZE + 40.0,
         [plots, axes],
         (name.capitalize(), f", {kind} pushes. {text}"),
+        data=Data(tuple(columns), np.column_stack([*columns.values()])[_few(recorded)].tolist()),
     )
 
 
@@ -131,10 +134,15 @@ def _scatter_plot(place: int, side: str, recorded: Array, required: Array, reach
 
 def _dots(left: float, side: str, recorded: Array, required: Array, reach: float) -> Markup:
     seen = np.isfinite(recorded) & np.isfinite(required)
-    few = slice(None, None, max(1, int(seen.sum()) // _MAX_POINTS))
+    few = _few(recorded[seen])
     x = left + _project(recorded[seen][few], reach)
     y = _TOP + _PLOT_SIZE - _project(required[seen][few], reach)
     return dots(np.column_stack([x, y]), f"dots {side}")
+
+
+def _few(values: Array) -> slice:
+    """Return evenly spaced rows, about `_MAX_POINTS` of many."""
+    return slice(None, None, max(1, len(values) // _MAX_POINTS))
 
 
 def _project(values: Array, reach: float) -> Array:

@@ -12,6 +12,7 @@ from trundle.experiments.runs.history import Episode, Update
 from trundle.experiments.runs.sentences import GAP
 from trundle.picture import place_outline
 from trundle.report.figures.canvas import Figure, figure
+from trundle.report.figures.data import Table
 from trundle.report.figures.marks import arrow, arrow_path
 from trundle.report.figures.top_view import TopView
 from trundle.report.quantity import format_fixed, format_point
@@ -41,7 +42,9 @@ def draw(identity: str, episode: Episode) -> Figure:
         object_group(view, episode, end),
     )
     text = "Top view at the end of the episode; dashed outlines: earlier poses of the object."
-    return figure(f"{identity}-scene", "Top view of the episode", text, view.total_height, drawing)
+    names = ("x, m", "y, m", "heading, rad", "force along the object, N", "force across it, N", "torque, N·m")
+    data = Table(names, episode.t, np.column_stack([episode.pose, episode.wrench])).data()
+    return figure(f"{identity}-scene", "Top view of the episode", text, view.total_height, drawing, data=data)
 
 
 def frames(episode: Episode) -> dict[str, Any]:

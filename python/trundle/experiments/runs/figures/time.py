@@ -9,8 +9,9 @@ import numpy as np
 from trundle.experiments.runs.history import WHEEL, Episode
 from trundle.report import wording
 from trundle.report.figures.canvas import Figure
+from trundle.report.figures.curves import Curve, Lane, Marks, bounds
 from trundle.report.figures.ellipse import ellipse_axes
-from trundle.report.figures.lanes import Curve, Lane, Marks, bounds, lane_figure
+from trundle.report.figures.lanes import lane_figure
 from trundle.report.quantity import key_to_words
 
 __all__ = ["WHEEL_TITLES", "added", "beliefs", "estimate_title", "push"]

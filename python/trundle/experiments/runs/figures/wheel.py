@@ -10,6 +10,7 @@ from trundle.experiments.runs.history import Effect, Episode, Update
 from trundle.experiments.runs.sentences import format_seconds
 from trundle.report.figures import wheels
 from trundle.report.figures.canvas import WIDTH, Figure, figure
+from trundle.report.figures.data import Data
 from trundle.report.figures.ellipse import LENS_RADIUS, LENS_ZOOM, ellipse, ellipse_axes, lens
 from trundle.report.figures.marks import plus
 from trundle.report.figures.top_view import TopView
@@ -40,7 +41,25 @@ def draw(identity: str, episode: Episode, update: Update) -> Figure:
     text = f"Top view of the object, object frame; estimated wheel: {place}."
     drawing = [inner, tag("rect", class_="box", **size)]
     caption = after, accuracy_text(episode, update)
-    return figure(identity, f"Belief after {after}", text, view.height, drawing, caption)
+    data = Data(("mark", "x, m", "y, m", "sd of x, m", "sd of y, m"), mark_rows(episode, update))
+    return figure(identity, f"Belief after {after}", text, view.height, drawing, caption, data=data)
+
+
+def mark_rows(episode: Episode, update: Update) -> list[tuple[str | float | None, ...]]:
+    """Return the estimated and the true wheel, and the other effects with a position."""
+    rows: list[tuple[str | float | None, ...]] = []
+    if update.wheel is not None:
+        sd = (None, None) if update.wheel_sd is None else update.wheel_sd.tolist()
+        rows.append(("estimated wheel", *update.wheel.at.tolist(), *sd))
+    if episode.wheel is not None:
+        rows.append(("true wheel", *episode.wheel.at.tolist(), None, None))
+    for kind, effects in (("estimated", update.other_effects), ("true", episode.hidden)):
+        rows += [
+            (f"{kind} {each.name}", *map(float, each.at), None, None)
+            for each in effects
+            if each.at is not None
+        ]
+    return rows
 
 
 def estimate_marks(view: TopView, update: Update | None, reach: float = 2.0 * WIDTH) -> list[Markup]:

@@ -1,4 +1,3 @@
-"use strict";
 for (const player of document.querySelectorAll(".player")) {
   const frames = JSON.parse(player.querySelector("script").textContent);
   const [object, track, estimate, force] =
