@@ -11,7 +11,9 @@ metadata) are not installed keeps its stored outputs.
 from __future__ import annotations
 
 import argparse
+import base64
 import importlib.util
+import io
 import os
 import sys
 import tempfile
@@ -21,6 +23,7 @@ from typing import Any
 
 import nbformat
 from nbclient import NotebookClient
+from PIL import Image
 
 from trundle.atomic import write_text
 
@@ -28,6 +31,8 @@ FOLDER = Path(__file__).resolve().parent
 ROOT = FOLDER.parents[1]
 MAX_CELL_TIME_S = 600
 """Time after which a cell counts as hanging, s."""
+COLOURS = 128
+"""Number of colours of a picture."""
 METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python"},
@@ -63,15 +68,39 @@ def execute(notebook: Any, name: str) -> None:
             resources={"metadata": {"path": str(folder)}},
             record_timing=False,
             coalesce_streams=True,
+            extra_arguments=["--IPKernelApp.log_level=ERROR"],
         )
         client.execute(env=kernel_environment())
+    normalise(notebook, name)
+
+
+def normalise(notebook: Any, name: str) -> None:
+    """Remove what differs between machines, and compress pictures.
+
+    Raises
+    ------
+    RuntimeError
+        If an output is text on standard error.
+    """
     for number, cell in enumerate(notebook.cells, 1):
         cell.metadata = {}
         for output in cell.get("outputs", []):
             if output.get("name") == "stderr":
                 raise RuntimeError(f"{name}: cell {number} writes to standard error:\n{output['text']}")
+            data = output.get("data", {})
+            data.pop("text/latex", None)
+            if "image/png" in data:
+                data["image/png"] = compress(data["image/png"])
     kept = {key: notebook.metadata[key] for key in ("trundle",) if key in notebook.metadata}
     notebook.metadata = {**METADATA, **kept}
+
+
+def compress(png: str) -> str:
+    """Return a PNG in base64 with at most `COLOURS` colours."""
+    picture = Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB").quantize(COLOURS)
+    small = io.BytesIO()
+    picture.save(small, format="png", optimize=True)
+    return base64.b64encode(small.getvalue()).decode()
 
 
 def kernel_environment() -> dict[str, str]:
