@@ -31,8 +31,8 @@ FOLDER = Path(__file__).resolve().parent
 ROOT = FOLDER.parents[1]
 MAX_CELL_TIME_S = 600
 """Time after which a cell counts as hanging, s."""
-COLOURS = 128
-"""Number of colours of a picture."""
+COLOURS, MAX_WIDTH = 48, 1400
+"""Number of colours and maximum width of a picture, pixels."""
 METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python"},
@@ -96,10 +96,14 @@ def normalise(notebook: Any, name: str) -> None:
 
 
 def compress(png: str) -> str:
-    """Return a PNG in base64 with at most `COLOURS` colours."""
-    picture = Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB").quantize(COLOURS)
+    """Return a PNG in base64 with at most `COLOURS` colours and a width of at most `MAX_WIDTH`."""
+    picture = Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB")
+    if picture.width > MAX_WIDTH:
+        picture = picture.resize(
+            (MAX_WIDTH, round(picture.height * MAX_WIDTH / picture.width)), Image.Resampling.LANCZOS
+        )
     small = io.BytesIO()
-    picture.save(small, format="png", optimize=True)
+    picture.quantize(COLOURS).save(small, format="png", optimize=True)
     return base64.b64encode(small.getvalue()).decode()
 
 
