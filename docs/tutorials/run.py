@@ -31,7 +31,7 @@ FOLDER = Path(__file__).resolve().parent
 ROOT = FOLDER.parents[1]
 MAX_CELL_TIME_S = 600
 """Time after which a cell counts as hanging, s."""
-COLOURS, MAX_WIDTH = 48, 1400
+COLOURS, MAX_WIDTH = 48, 1200
 """Number of colours and maximum width of a picture, pixels."""
 METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
