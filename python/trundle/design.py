@@ -102,6 +102,13 @@ class Design:
         Summary in words.
     fitted : tuple of two Model
         The models with all values; fitted if there is a recording.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> found = trundle.design("a.toml", "b.toml", object="recordings/run_3")  # doctest: +SKIP
+    >>> found.pushes[0].sentence  # doctest: +SKIP
+    >>> scenario, object_file = found.scenario()  # doctest: +SKIP
     """
 
     models: tuple[str, str]
@@ -210,6 +217,12 @@ def design(
     ------
     TrundleError
         If a model has no footprint or no value for a parameter, cannot be fitted, or a limit is not positive.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> found = trundle.design("a.toml", "b.toml", object="recordings/run_3", count=2)  # doctest: +SKIP
+    >>> print(found.sentence)  # doctest: +SKIP
     """
     if pushes < 1:
         raise TrundleError(f"pushes = {pushes}: at least one is needed")

@@ -88,6 +88,12 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
     ------
     TrundleError
         If the recording is invalid, two of its times are in the same nanosecond, or `path` is another file.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> trundle.export.write_mcap("recordings/run_3", "run_3.mcap")  # doctest: +SKIP
+    PosixPath('run_3.mcap')
     """
     whole = recording if isinstance(recording, Recording) else read(recording)
     path = Path(path)

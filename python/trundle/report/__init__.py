@@ -24,6 +24,12 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
     """Render the whole report, see `trundle.report.page.render`.
 
     Jinja and the figures are imported on the first call, so that `import trundle` does not wait for them.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> diagnosis = trundle.diagnose("recordings/run_3")  # doctest: +SKIP
+    >>> html = trundle.report.render(diagnosis.answer, diagnosis.series)  # doctest: +SKIP
     """
     from trundle.report import page
 
