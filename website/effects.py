@@ -30,9 +30,10 @@ def index_page(catalogue: list[dict[str, Any]]) -> str:
     """Return the list of all effects."""
     parts = [
         "# Effects",
-        "Every effect that a model can contain. Each page shows the law, what it looks like in a residual, its "
-        "detection limit, the push that shows it, and its parameters. [Implementation notes](../effects.md) "
-        "cover states, integration and the comparison with MuJoCo. `trundle effects` prints the same catalogue.",
+        "Every effect that a model can contain. Each page shows the law, what it looks like in a residual, "
+        "its detection limit, the push that shows it, and its parameters. "
+        "[Implementation notes](../effects.md) cover states and integration. `trundle effects` prints the "
+        "same catalogue.",
     ]
     for target, name in ACTS_ON.items():
         rows = [
@@ -90,16 +91,17 @@ def residual_text(effect: dict[str, Any]) -> str:
     """Return the figure of an effect with an explanation."""
     values = ", ".join(f"{name} {value:g}" for name, value in effect_values(effect).items())
     left = (
-        "The left panel shows the path of the object from above; the dotted outline is the start, crosses are "
-        "places of the effect."
+        "The left panel shows the path of the object from above; the dotted outline is the start, crosses "
+        "are places of the effect."
         if changes_motion(effect)
         else "The effect does not change the motion; the left panel shows how it changes the reading."
     )
     return (
         f"{draw_effect(effect)}\n\n"
-        "The same push of an office table (22 kg, one locked wheel) is simulated with and without the effect, "
-        f"without noise. {left} The right panels show the wrench that would have to act in addition for the "
-        "model without the effect to move as recorded, in object axes about the object's origin.\n\n"
+        "The same push of an office table (22 kg, one locked wheel) is simulated with and without the "
+        f"effect, without noise. {left} The right panels show the wrench that would have to act in addition "
+        "for the model without the effect to move as recorded, in object axes about the object's "
+        "origin.\n\n"
         f"Values in the figure: {values}."
     )
 

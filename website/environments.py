@@ -65,8 +65,9 @@ def index_page(ids: list[str]) -> str:
     rows = [[f"[`{name}`]({slug(name)}.md)", summary(environment_class(name))] for name in ids]
     return (
         "# Environments\n\n"
-        "`import trundle` registers these environments with Gymnasium. [Push in simulation](../environments.md) "
-        "describes hidden effects, batches, snapshots and scenarios.\n\n"
+        "`import trundle` registers these environments with Gymnasium. "
+        "[Push in simulation](../environments.md) describes hidden effects, batches, snapshots and "
+        "scenarios.\n\n"
         f"{table(['id', 'task'], rows)}\n"
     )
 

@@ -1,4 +1,4 @@
-"""Links of documents that lead out of the documentation: to pages of the root, and to files of the repository."""
+"""Links that lead out of the documentation: to pages of the root, and to files of the repository."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["ROOT", "listing_path", "root_pages", "rewrite", "source_files"]
+__all__ = ["ROOT", "listing_path", "rewrite", "root_pages", "source_files"]
 
 ROOT = Path(__file__).resolve().parents[1]
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")

@@ -395,7 +395,8 @@ class LocallyWeightedRegression(_Regression):
     >>> from trundle import baselines
     >>> chair = trundle.objects.read("configs/objects/chair.toml").models["free"]
     >>> training = baselines.Transitions.simulated(chair, 50, seed=0)
-    >>> baselines.LocallyWeightedRegression().fit(training).predict(training.before, training.wrench, 0.2).shape
+    >>> fitted = baselines.LocallyWeightedRegression().fit(training)
+    >>> fitted.predict(training.before, training.wrench, 0.2).shape
     (50, 6)
     """
 

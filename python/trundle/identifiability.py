@@ -41,14 +41,6 @@ class Profile:
         Local optima inside the interval. Several optima are an ambiguity.
     mean, sd : float or None
         The Laplace estimate of the fit, if the parameter is identifiable.
-
-    Examples
-    --------
-    >>> import trundle
-    >>> found = trundle.profile("recordings/run_3", "body.mass")  # doctest: +SKIP
-    >>> print(found)  # doctest: +SKIP
-    body.mass lies between 21.86 kg and 22.1 kg (90 %)
-    >>> print(found.plot())  # doctest: +SKIP
     """
 
     name: str
@@ -119,13 +111,6 @@ def profile(
     ------
     TrundleError
         If the parameter is not free, or the fit is not possible.
-
-    Examples
-    --------
-    >>> import trundle
-    >>> found = trundle.profile("recordings/run_3", "body.mass", grid=[20.0, 22.0, 24.0])  # doctest: +SKIP
-    >>> found.deviance.shape  # doctest: +SKIP
-    (3,)
     """
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")

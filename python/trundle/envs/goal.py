@@ -83,8 +83,8 @@ class PushGoal(Push):
     equal to that of `step`.
 
     ## Observation Space
-    A dictionary: "observation" (the numbers above without the goal), "achieved_goal" and "desired_goal" (x, y,
-    cosine and sine of the heading, as the tracker measures them).
+    A dictionary: "observation" (the numbers above without the goal), "achieved_goal" and "desired_goal" (x,
+    y, cosine and sine of the heading, as the tracker measures them).
 
     ## Rewards
     With `reward_type` "sparse": -1 until the goal is reached, then 0. With "dense": minus (distance in m +
@@ -93,8 +93,8 @@ class PushGoal(Push):
 
     ## Episode End
     - Termination: never; reaching the goal does not end an episode.
-    - Truncation: after `horizon` steps, or if the object leaves the workspace, because a reward of goals alone
-      cannot penalise that.
+    - Truncation: after `horizon` steps, or if the object leaves the workspace, because a reward of goals
+      alone cannot penalise that.
 
     ## Arguments
     - `reward_type` ("sparse"): "sparse" or "dense"
