@@ -12,8 +12,8 @@ import trundle
 
 __all__ = ["api_pages", "documented_names", "public_modules"]
 
-SUBMODULES = ("envs", "importers", "export", "plots", "objects", "baselines", "report")
-"""Public modules whose names are not all in `trundle`."""
+SUBMODULES = ("export", "importers", "plots", "report")
+"""Public modules that `import trundle` does not load."""
 
 
 def api_pages() -> Iterator[tuple[str, str]]:
@@ -25,9 +25,10 @@ def api_pages() -> Iterator[tuple[str, str]]:
 
 
 def public_modules() -> list[str]:
-    """Return the public submodules that exist."""
+    """Return the public submodules: those in `trundle.__all__`, and those to import separately."""
+    loaded = [name for name in trundle.__all__ if isinstance(getattr(trundle, name), ModuleType)]
     existing = {module.name for module in pkgutil.iter_modules(trundle.__path__)}
-    return [name for name in SUBMODULES if name in existing]
+    return sorted({*loaded, *existing.intersection(SUBMODULES)})
 
 
 def documented_names() -> dict[str, list[str]]:
@@ -39,7 +40,7 @@ def documented_names() -> dict[str, list[str]]:
     top = {name: value for name, value in exported.items() if not isinstance(value, (ModuleType, str))}
     pages: dict[str, list[str]] = {}
     for module in sorted(module.name for module in pkgutil.iter_modules(trundle.__path__)):
-        if module.startswith("_") or module in SUBMODULES:
+        if module.startswith("_") or module in public_modules():
             continue
         found = [name for name in own_names(f"trundle.{module}", top) if name not in flat(pages)]
         if found:

@@ -107,7 +107,8 @@ def line_sample(style: str, left: float, v: float) -> Markup:
 
 
 def svg(width: float, height: float, description: str, parts: list[Markup]) -> str:
-    """Return an SVG element for a page."""
+    """Return an SVG element for a page, which scrolls on narrow screens."""
     box = f"0 0 {width:g} {height:g}"
     drawing = join([tag("title", description), *parts])
-    return str(tag("svg", drawing, viewBox=box, role="img", class_="chart"))
+    drawn = tag("svg", drawing, viewBox=box, role="img", class_="chart")
+    return str(tag("div", drawn, class_="chart-scroll"))

@@ -41,14 +41,28 @@ def index_page(catalogue: list[dict[str, Any]]) -> str:
             for one in catalogue
             if one["acting"] == target
         ]
-        parts += [f"## Effects on {name}", table(["effect", "summary", "smallest size that is named"], rows)]
+        parts += [
+            f"## Effects on {name}",
+            table(["effect", "summary", "smallest relative size that is named"], rows),
+        ]
     return "\n\n".join(parts) + "\n"
 
 
 def limit_cell(effect: dict[str, Any]) -> str:
     """Return the detection limit of an effect for the list."""
     found = detection(effect["effect"])
-    return "not measured" if found is None else found.smallest.removesuffix(": ").removesuffix(":")
+    return "not measured" if found is None else size_text(effect, found.smallest)
+
+
+def size_text(effect: dict[str, Any], smallest: str) -> str:
+    """Return the smallest size that is named, with the units of its values."""
+    relative, _, values = smallest.partition(":")
+    if not values.strip():
+        return relative
+    units = {one["name"]: one["unit"].replace("1", "") for one in effect["parameters"]}
+    named = [value.rsplit(" ", 1) for value in values.strip().split(", ")]
+    shown = ", ".join(f"{name} {value} {units.get(name, '')}".strip() for name, value in named)
+    return f"{relative} ({shown})"
 
 
 def effect_page(effect: dict[str, Any]) -> str:
@@ -117,7 +131,7 @@ def detection_text(effect: dict[str, Any]) -> str:
             f"Named recordings by size, relative to a size that improves predictions threefold "
             f"([details](../{DETECTION_PAGE}#detection-limits)):",
             table(head, [["named", *found.counts.values()]]),
-            f"Smallest size named in 95 %: {found.smallest.rstrip(': ')}.",
+            f"Smallest relative size named in 95 %: {size_text(effect, found.smallest)}.",
         ]
     if answers:
         rows = [[f"[{name}](../{page})", share] for page, name, share in answers]

@@ -11,6 +11,8 @@ import griffe
 __all__ = ["CompiledDocstrings"]
 
 COMPILED = "trundle._native"
+OPTIONS = {"warn_unknown_params": False}
+"""Settings that are passed on as keywords are parameters too."""
 
 
 class CompiledDocstrings(griffe.Extension):
@@ -32,4 +34,4 @@ class CompiledDocstrings(griffe.Extension):
             found = getattr(found, name, None)
         text = inspect.getdoc(found)
         if text and obj.name != "__new__" and not isinstance(found, (int, float, str, list)):
-            obj.docstring = griffe.Docstring(text, parent=obj)
+            obj.docstring = griffe.Docstring(text, parent=obj, parser="numpy", parser_options=OPTIONS)
