@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -19,14 +18,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from website import api, commands, effects, environments
 from website.links import ROOT, rewrite, root_pages, source_files
 from website.navigation import expand
+from website.offline import remote_resources, without_remote_scripts
 
 RUST_DOCS = ROOT / "target" / "doc"
 TUTORIALS = "<!-- tutorials -->"
-EXTERNAL = re.compile(
-    r"<(?:script|img|iframe|source|link)\b[^>]*?\b(?:src|href)=[\"']?(https?://[^\"'\s>]+)[^>]*>"
-)
-"""Elements of a page that load something from another host."""
-HARMLESS = re.compile(r'rel=["\']?(?:canonical|next|prev|edit)')
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -82,20 +77,19 @@ def notebook_title(path: Path) -> str:
 
 
 def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
-    """Remove the mathematics script of notebooks, which none of them needs."""
-    return re.sub(r"<script[^>]*mathjax[^>]*>.*?</script>", "", output, flags=re.IGNORECASE | re.DOTALL)
+    """Remove the scripts that notebooks would load from other hosts: none of them needs those."""
+    return without_remote_scripts(output) if page.file.src_uri.endswith(".ipynb") else output
 
 
 def on_post_build(config: MkDocsConfig) -> None:
     """Add the documentation of the Rust crates, and fail if a page loads something from another host."""
     site = Path(config.site_dir)
-    external = sorted(
-        f"{path.relative_to(site)}: {found[1]}"
-        for path in site.rglob("*.html")
-        for found in EXTERNAL.finditer(path.read_text(encoding="utf-8"))
-        if not HARMLESS.search(found[0])
-    )
-    if external:
-        raise PluginError("pages load from other hosts:\n  " + "\n  ".join(external))
+    remote = [
+        f"{path.relative_to(site)}: {url}"
+        for path in sorted(site.rglob("*.html"))
+        for url in remote_resources(path.read_text(encoding="utf-8"))
+    ]
+    if remote:
+        raise PluginError("pages load from other hosts:\n  " + "\n  ".join(remote))
     if RUST_DOCS.is_dir():
         shutil.copytree(RUST_DOCS, site / "rust", dirs_exist_ok=True)

@@ -11,7 +11,7 @@ import pytest
 
 import trundle
 from trundle.cli.commands import discover
-from website import api, benchmark_tables, commands, effects, environments, links, rust_source
+from website import api, benchmark_tables, commands, effects, environments, links, offline, rust_source
 from website.effect_push import effect_values, residual, simulate
 from website.navigation import expand
 
@@ -106,6 +106,24 @@ def test_links_lead_to_pages_of_the_site(link: str, origin: str, page: str, expe
 def test_files_that_documents_link_to_have_a_page() -> None:
     found = dict(links.source_files({"docs/a.md": "[demo](../configs/experiments/demo.toml)"}))
     assert "coulomb_friction" in found["source/configs/experiments/demo.toml.md"]
+
+
+@pytest.mark.parametrize(
+    ("page", "loads"),
+    [
+        ('<script src="https://a.org/x.js"></script>', ["https://a.org/x.js"]),
+        ("<script type=module>import m from 'https://a.org/m.mjs'</script>", ["https://a.org/m.mjs"]),
+        ('<script src="assets/x.js">const page = "https://a.org"</script>', []),
+        ('<link rel="stylesheet" href="https://a.org/x.css">', ["https://a.org/x.css"]),
+        ('<link rel="canonical" href="https://a.org/page">', []),
+        ('<a href="https://a.org">text</a><img src="x.png">', []),
+    ],
+)
+def test_resources_on_other_hosts_are_found(page: str, loads: list[str]) -> None:
+    assert offline.remote_resources(page) == loads
+    assert bool(SCRIPTS.search(offline.without_remote_scripts(page))) == (
+        SCRIPTS.search(page) is not None and not loads
+    )
 
 
 def test_generated_pages_are_not_committed() -> None:
