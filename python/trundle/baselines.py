@@ -76,6 +76,17 @@ class Transitions(Displayed):
         Duration, s; a single number applies to all.
     after : ndarray, shape (n, 6)
         Next states.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> from trundle import baselines
+    >>> chair = trundle.objects.read("configs/objects/chair.toml").models["free"]
+    >>> data = baselines.Transitions.simulated(chair, 50, seed=0)
+    >>> len(data), data.before.shape, data.wrench.shape
+    (50, (50, 6), (50, 3))
+    >>> len(data[:10])
+    10
     """
 
     before: Floats
@@ -222,6 +233,15 @@ def noise_sd(sigma: float, reading: Literal["si", "cm_deg", "of_motion"], data: 
     -------
     ndarray, shape (6,)
         Standard deviations, SI units.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> from trundle import baselines
+    >>> chair = trundle.objects.read("configs/objects/chair.toml").models["free"]
+    >>> data = baselines.Transitions.simulated(chair, 50, seed=0)
+    >>> baselines.noise_sd(0.01, "si", data)
+    array([0.01, 0.01, 0.01, 0.01, 0.01, 0.01])
     """
     return np.array(_native._noise_sd(sigma, reading, data._columns))
 
@@ -242,6 +262,14 @@ def r2(predicted: ArrayLike, after: ArrayLike) -> float:
     -------
     float
         1 for a perfect prediction; NaN if no channel varies; minus infinity if a prediction is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from trundle import baselines
+    >>> after = np.random.default_rng(0).normal(size=(20, 6))
+    >>> baselines.r2(after, after)
+    1.0
     """
     states, truth = _rows("predicted", predicted, 6), _rows("after", after, 6)
     if len(states) != len(truth):
@@ -288,6 +316,15 @@ class PhysicalModel(_Predictor):
     ----------
     model : Model
         Must contain a value for every parameter.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> from trundle import baselines
+    >>> chair = trundle.objects.read("configs/objects/chair.toml").models["free"]
+    >>> test = baselines.Transitions.simulated(chair, 20, seed=1)
+    >>> baselines.PhysicalModel(chair).score(test) > 0.999
+    True
     """
 
     def __init__(self, model: Model) -> None:
@@ -317,6 +354,16 @@ class LinearRegression(_Regression):
         "world": state and wrench in world axes, as in the paper; "recorded": wrench in object axes, as from
         eq. 13; "body": twist, wrench and change in object axes, independent of the pose, which is a stronger
         baseline.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> from trundle import baselines
+    >>> chair = trundle.objects.read("configs/objects/chair.toml").models["free"]
+    >>> training = baselines.Transitions.simulated(chair, 50, seed=0)
+    >>> test = baselines.Transitions.simulated(chair, 200, seed=1)
+    >>> baselines.LinearRegression(features="body").fit(training).score(test) > 0.99
+    True
     """
 
     def __init__(self, features: Features = "world") -> None:
@@ -345,6 +392,16 @@ class LocallyWeightedRegression(_Regression):
     ----------
     features : {"world", "recorded", "body"}
         As for `LinearRegression`.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> from trundle import baselines
+    >>> chair = trundle.objects.read("configs/objects/chair.toml").models["free"]
+    >>> training = baselines.Transitions.simulated(chair, 50, seed=0)
+    >>> fitted = baselines.LocallyWeightedRegression().fit(training)
+    >>> fitted.predict(training.before, training.wrench, 0.2).shape
+    (50, 6)
     """
 
     def __init__(self, features: Features = "world") -> None:

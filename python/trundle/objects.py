@@ -50,6 +50,15 @@ class Object(Displayed):
     sources : dict of str to str or None
         Source of each value: ``radius``, ``body.mass``, ..., and ``configuration.NAME`` for all values of
         its effects.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> table = trundle.objects.read("configs/objects/office_table.toml")
+    >>> table.name, table.radius
+    ('office table', 0.4)
+    >>> table.models["locked"]
+    <trundle.Model: 22 kg, viscous_wheel>
     """
 
     name: str
@@ -80,6 +89,13 @@ def read(path: str | os.PathLike[str]) -> Object:
     ------
     TrundleError
         If the file is invalid; the message names the file, the key and the value.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> table = trundle.objects.read("configs/objects/office_table.toml")
+    >>> sorted(table.models)
+    ['locked', 'unlocked']
     """
     return Object(**_object(path))
 

@@ -37,7 +37,17 @@ T = TypeVar("T")
 
 
 class SettingsError(ValueError):
-    """An invalid setting; the message names the key and the expected value."""
+    """An invalid setting; the message names the key and the expected value.
+
+    Examples
+    --------
+    >>> from trundle import importers
+    >>> try:
+    ...     raise importers.MapError("time.column: must be text, not 3")
+    ... except ValueError as error:
+    ...     print(error)
+    time.column: must be text, not 3
+    """
 
 
 def parse(path: Path, remedy: str = "") -> dict[str, Any]:

@@ -77,19 +77,40 @@ class GoalSpace:
 class PushGoal(Push):
     """Base class of goal-conditioned environments; instantiate a subclass.
 
-    The observation is a dictionary: "observation" (the flat one without the goal), "achieved_goal" and
-    "desired_goal" (x, y, cosine and sine of the heading, as the tracker measures them).
-    `compute_reward(achieved, desired, info)` returns the reward of one or several pairs, equal to that of
-    `step`. Reaching the goal does not end an episode. If the object leaves the workspace the episode is
-    truncated, because a reward of goals alone cannot penalise it. The reward depends on the measured pose;
-    `info["is_success"]` depends on the true pose and requires a speed below 0.1 m/s.
+    ## Description
+    The goal is part of the observation as in Gymnasium-Robotics, so that a replay buffer can change it
+    (hindsight replay). `compute_reward(achieved, desired, info)` returns the reward of one or several pairs,
+    equal to that of `step`.
 
-    Parameters
-    ----------
-    reward_type : {"sparse", "dense"}
-        -1 until the goal is reached, then 0; or minus (distance in m + 0.3 x heading error in rad).
-    **options
-        Options of the environment without a goal.
+    ## Observation Space
+    A dictionary: "observation" (the numbers above without the goal), "achieved_goal" and "desired_goal" (x,
+    y, cosine and sine of the heading, as the tracker measures them).
+
+    ## Rewards
+    With `reward_type` "sparse": -1 until the goal is reached, then 0. With "dense": minus (distance in m +
+    0.3 x heading error in rad). The reward depends on the measured pose; `info["is_success"]` depends on the
+    true pose and requires a speed below 0.1 m/s.
+
+    ## Episode End
+    - Termination: never; reaching the goal does not end an episode.
+    - Truncation: after `horizon` steps, or if the object leaves the workspace, because a reward of goals
+      alone cannot penalise that.
+
+    ## Arguments
+    - `reward_type` ("sparse"): "sparse" or "dense"
+
+    ## Version History
+    - v0: initial version
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushPoseGoal-v0", reward_type="dense")
+    >>> observation, info = env.reset(seed=0)
+    >>> {key: part.shape for key, part in observation.items()}
+    {'observation': (12,), 'achieved_goal': (4,), 'desired_goal': (4,)}
+
+    ```
     """
 
     def __init__(self, *, reward_type: str = "sparse", **options: Any) -> None:
@@ -127,7 +148,18 @@ class PushGoal(Push):
 
 
 class PushPoseGoal(PushGoal, PushPose):
-    """`PushPose` with a goal that a replay buffer can change; see `PushGoal`."""
+    """`PushPose` with a goal that a replay buffer can change; see `PushGoal`.
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushPoseGoal-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation["observation"].shape
+    (12,)
+
+    ```
+    """
 
     FIXED: ClassVar[dict[str, Any]] = {**PushPose.FIXED, "ends": False}
 
@@ -135,19 +167,52 @@ class PushPoseGoal(PushGoal, PushPose):
 class PushPathGoal(PushGoal, PushPath):
     """`PushPath` with a goal that a replay buffer can change; see `PushGoal`.
 
+    ## Description
     The goal is 0.3 m ahead on the path, so the sparse reward can be reached only at the end of the path.
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushPathGoal-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation["observation"].shape
+    (16,)
+
+    ```
     """
 
     FIXED: ClassVar[dict[str, Any]] = {**PushPath.FIXED, "ends": False}
 
 
 class PushAroundGoal(PushGoal, PushAround):
-    """`PushAround` with a goal that a replay buffer can change; see `PushGoal`."""
+    """`PushAround` with a goal that a replay buffer can change; see `PushGoal`.
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushAroundGoal-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation["observation"].shape
+    (18,)
+
+    ```
+    """
 
     FIXED: ClassVar[dict[str, Any]] = {**PushAround.FIXED, "ends": False}
 
 
 class PushDoorGoal(PushGoal, PushDoor):
-    """`PushDoor` with a goal that a replay buffer can change; see `PushGoal`."""
+    """`PushDoor` with a goal that a replay buffer can change; see `PushGoal`.
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushDoorGoal-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation["observation"].shape
+    (17,)
+
+    ```
+    """
 
     FIXED: ClassVar[dict[str, Any]] = {**PushDoor.FIXED, "ends": False}

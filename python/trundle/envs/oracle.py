@@ -51,6 +51,16 @@ class Oracle(gym.ObservationWrapper[Array, Any, Array], RecordConstructorArgs):
     ------
     TrundleError
         If `env` is another environment.
+
+    Examples
+    --------
+    >>> import gymnasium, trundle
+    >>> env = trundle.envs.Oracle(gymnasium.make("trundle/LockedWheel-v0"))
+    >>> observation, info = env.reset(seed=0)
+    >>> observation.shape, env.NAMES[0]
+    ((26,), 'mass (kg)')
+    >>> info["hidden"]["effect"][0]["kind"]
+    'viscous_wheel'
     """
 
     NAMES = HIDDEN_VALUE_NAMES
@@ -89,6 +99,14 @@ class VectorOracle(VectorObservationWrapper):
     ------
     TrundleError
         If `env` is another batch.
+
+    Examples
+    --------
+    >>> import gymnasium, trundle
+    >>> envs = trundle.envs.VectorOracle(gymnasium.make_vec("trundle/LockedWheel-v0", num_envs=4))
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations.shape
+    (4, 26)
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:

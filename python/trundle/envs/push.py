@@ -30,7 +30,18 @@ REACH, FACING = 0.05, 0.1
 
 
 class ActionError(TrundleError, InvalidAction):
-    """An action outside the action space; both an `InvalidAction` of Gymnasium and a `TrundleError`."""
+    """An action outside the action space; both an `InvalidAction` of Gymnasium and a `TrundleError`.
+
+    Examples
+    --------
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushPose-v0", disable_env_checker=True)
+    >>> observation, info = env.reset(seed=0)
+    >>> env.step([2.0, 0.0, 0.0])
+    Traceback (most recent call last):
+        ...
+    trundle.envs.push.ActionError: ...
+    """
 
 
 class Push(gym.Env[Array, Action]):
@@ -125,6 +136,18 @@ class Push(gym.Env[Array, Action]):
 
     The environment can be pickled and deep-copied at any time; a copy continues identically. A planner can
     branch with `env.unwrapped.restore(env.unwrapped.snapshot())`.
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushPose-v0", object="household")
+    >>> observation, info = env.reset(seed=0)
+    >>> action = env.action_space.sample()
+    >>> observation, reward, terminated, truncated, info = env.step(action)
+    >>> sorted(info)
+    ['distance', 'heading_error', 'is_success', 'lost', 'progress', 'touched']
+
+    ```
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}  # noqa: RUF012 (as Env declares it)

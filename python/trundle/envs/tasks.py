@@ -13,6 +13,8 @@ __all__ = ["LockedWheel", "PushAround", "PushDoor", "PushPath", "PushPose"]
 class PushPose(Push):
     """Push an object to a pose.
 
+    Actions, starting state, episode end and arguments are those of `trundle.envs.Push`.
+
     ## Description
     The wheels of the object may be locked, fixed or casters. It starts within 0.5 m of the origin along x and
     y, at any heading. The goal is a pose 0.4 to 1 m away, turned by up to 0.8 rad.
@@ -21,11 +23,18 @@ class PushPose(Push):
     Each step: minus its duration times (distance to the goal in m + 0.3 x heading error in rad), so that a
     return is minus the time integral of the error.
 
-    Actions, observations (16, or 18 with several objects), episode end and arguments: see
-    `trundle.envs.Push`.
-
     ## Version History
     - v0: initial version
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushPose-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation.shape
+    (16,)
+
+    ```
     """
 
     FIXED: ClassVar[dict[str, Any]] = {"task": "pose"}
@@ -42,6 +51,16 @@ class LockedWheel(PushPose):
 
     ## Version History
     - v0: initial version
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/LockedWheel-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation.shape
+    (16,)
+
+    ```
     """
 
     FIXED: ClassVar[dict[str, Any]] = {"task": "pose", "hidden": "locked"}
@@ -52,18 +71,29 @@ class PushPath(Push):
 
     ## Description
     A path of 2 m with random bends starts at the object, whose heading must follow the path. The goal in the
-    observation is the point on the path 0.3 m ahead of the current progress. Two more points, 0.6 and 0.9 m
-    ahead, follow as four numbers (x, y; m).
+    observation is the point on the path 0.3 m ahead of the current progress. The goal that ends an episode
+    is the end of the path.
+
+    ## Observation Space
+    The numbers of the task are two more points of the path, 0.6 and 0.9 m ahead (x, y; m): 20 numbers in all,
+    or 22.
 
     ## Rewards
     Each step: progress along the path (m), minus its duration times (distance from the path in m + 0.3 x
     heading error in rad). `info["distance"]` is the distance from the path.
 
-    Actions, observations (20, or 22), episode end (the goal is the end of the path) and arguments: see
-    `trundle.envs.Push`.
-
     ## Version History
     - v0: initial version
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushPath-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation.shape
+    (20,)
+
+    ```
     """
 
     FIXED: ClassVar[dict[str, Any]] = {"task": "path"}
@@ -73,18 +103,28 @@ class PushAround(Push):
     """Push an object to a pose behind an obstacle.
 
     ## Description
-    The task of the paper: a box of 0.2 to 0.4 m by 0.3 to 0.8 m is between the object and its goal. Six
-    numbers follow in the observation: centre of the box (x, y; m), cosine and sine of its heading, and half
-    its sides (m).
+    The task of the paper: a box of 0.2 to 0.4 m by 0.3 to 0.8 m is between the object and its goal.
+
+    ## Observation Space
+    The numbers of the task describe the box: its centre (x, y; m), cosine and sine of its heading, and half
+    its sides (m): 22 numbers in all, or 24.
 
     ## Rewards
     Each step: minus its duration times (straight distance to the goal in m + 0.3 x heading error in rad + 1
     if the object touched the box).
 
-    Actions, observations (22, or 24), episode end and arguments: see `trundle.envs.Push`.
-
     ## Version History
     - v0: initial version
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushAround-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation.shape
+    (22,)
+
+    ```
     """
 
     FIXED: ClassVar[dict[str, Any]] = {"task": "around"}
@@ -102,16 +142,28 @@ class PushDoor(Push):
 
     ## Description
     A wall of 10 cm divides the arena. Its opening is 0.2 to 0.5 m wider than the narrow side of the object.
-    The object starts on one side; the goal is a pose on the other. Five numbers follow in the observation:
-    centre of the opening (x, y; m), cosine and sine of the direction through it, and its width (m).
+    The object starts on one side; the goal is a pose on the other.
+
+    ## Observation Space
+    The numbers of the task describe the opening: its centre (x, y; m), cosine and sine of the direction
+    through it, and its width (m): 21 numbers in all, or 23.
 
     ## Rewards
-    As in `PushAround`.
-
-    Actions, observations (21, or 23), episode end and arguments: see `trundle.envs.Push`.
+    Each step: minus its duration times (straight distance to the goal in m + 0.3 x heading error in rad + 1
+    if the object touched the wall).
 
     ## Version History
     - v0: initial version
+
+    ## Example
+    ```pycon
+    >>> import gymnasium, trundle
+    >>> env = gymnasium.make("trundle/PushDoor-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation.shape
+    (21,)
+
+    ```
     """
 
     FIXED: ClassVar[dict[str, Any]] = {"task": "door"}

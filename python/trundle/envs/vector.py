@@ -56,6 +56,14 @@ class PushVec(VectorEnv[Any, Any, Any]):
     ------
     TrundleError
         If an option is invalid, or the batch does not fit into free memory.
+
+    Examples
+    --------
+    >>> import gymnasium, trundle
+    >>> envs = gymnasium.make_vec("trundle/PushDoor-v0", num_envs=64, object="household")
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations.shape
+    (64, 23)
     """
 
     ENV: ClassVar[type[Push]] = Push
@@ -221,7 +229,16 @@ def _masked(columns: dict[str, Any], mask: Flags) -> dict[str, Any]:
 
 
 class PushGoalVec(PushVec):
-    """Base class of goal-conditioned batches: observations and `final_obs` are dictionaries of copies."""
+    """Base class of goal-conditioned batches: observations and `final_obs` are dictionaries of copies.
+
+    Examples
+    --------
+    >>> import gymnasium, trundle
+    >>> envs = gymnasium.make_vec("trundle/PushPoseGoal-v0", num_envs=8)
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations["achieved_goal"].shape
+    (8, 4)
+    """
 
     def __init__(self, num_envs: int = 1, *, reward_type: str = "sparse", **options: Any) -> None:
         self._goals = GoalSpace(reward_type, options.get("reach", REACH), options.get("facing", FACING))

@@ -45,6 +45,16 @@ def to_mujoco(
     ------
     TrundleError
         If a parameter has no value, there is no footprint, or the folder contains anything else.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import trundle
+    >>> table = trundle.objects.read("configs/objects/office_table.toml").models["locked"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     exported = trundle.export.to_mujoco(table, f"{folder}/mjcf")
+    ...     sorted(path.name for path in exported.iterdir())
+    ['effects.py', 'model.toml', 'object.xml', 'ranges.json']
     """
     read = model if isinstance(model, Model) else Model.read(model)
     folder = Path(folder)

@@ -95,6 +95,11 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
     TrundleError
         If the recording is invalid, two of its times are in the same nanosecond, `path` is another file, or
         the extra `trundle[ros]` is not installed.
+
+    Examples
+    --------
+    >>> trundle.export.write_mcap("recordings/run_3", "run_3.mcap")  # doctest: +SKIP
+    PosixPath('run_3.mcap')
     """
     rosbag2 = require("rosbags.rosbag2", "ros", "MCAP files")
     whole = recording if isinstance(recording, Recording) else read(recording)

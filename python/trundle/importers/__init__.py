@@ -49,7 +49,14 @@ GUESS_HINT = defaultdict(str, csv="; --guess proposes one, and --init MAP writes
 
 
 def importer(layout: str) -> Importer:
-    """Return the module that reads a layout."""
+    """Return the module that reads a layout.
+
+    Examples
+    --------
+    >>> from trundle import importers
+    >>> importers.importer("csv").NEEDS_MAP
+    True
+    """
     if layout not in IMPORTERS:
         raise SourceError(layout, f"unknown layout; choose one of {', '.join(IMPORTERS)}")
     return cast("Importer", importlib.import_module(f"{__name__}.{IMPORTERS[layout]}"))
@@ -84,6 +91,13 @@ def read(
     ------
     SourceError, MapError
         If the source or the map is invalid.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import trundle
+    >>> found = trundle.importers.read(Path("run_3.mcap"), "mcap", Path("bag.toml"))  # doctest: +SKIP
+    >>> recording = trundle.Recording(found.metadata, found.episodes)  # doctest: +SKIP
     """
     module = importer(layout)
     if map_file is None and module.NEEDS_MAP:

@@ -22,7 +22,16 @@ ShowProgress = Callable[[str], None]
 
 
 class SourceError(ValueError):
-    """A source that cannot be imported; the message names the file, the position in it and the remedy."""
+    """A source that cannot be imported; the message names the file, the position in it and the remedy.
+
+    Examples
+    --------
+    >>> from trundle import importers
+    >>> importers.importer("xlsx")
+    Traceback (most recent call last):
+        ...
+    trundle.importers.layout.SourceError: xlsx: unknown layout; choose one of ...
+    """
 
     def __init__(self, source: Path | str, message: str) -> None:
         super().__init__(f"{source}: {message}")
@@ -40,6 +49,13 @@ class Imported:
         Tables by episode name, in SI units, with strictly increasing times.
     remarks : list of str
         Omitted samples and other changes, with counts. No data is changed without a remark.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> found = trundle.importers.read(Path("logs"), "csv", Path("map.toml"))  # doctest: +SKIP
+    >>> trundle.Recording(found.metadata, found.episodes).write("recordings/run_3")  # doctest: +SKIP
+    >>> len(found.remarks)  # doctest: +SKIP
     """
 
     metadata: dict[str, Any]

@@ -16,6 +16,13 @@ def inputs(**given: object) -> list[dict[str, str]]:
     """Return `what`, `sha256` and `check` (the command that prints it) of each input that is a path.
 
     Recordings and models in memory have no fingerprint and are omitted.
+
+    Examples
+    --------
+    >>> import trundle
+    >>> (found,) = trundle.report.inputs(model="configs/objects/chair.toml")
+    >>> found["what"], len(found["sha256"])
+    ('model', 64)
     """
     paths = {what: Path(path) for what, path in given.items() if isinstance(path, str | os.PathLike)}
     return [

@@ -1,5 +1,8 @@
 //! A mass centre that differs from that of a uniform body: a drawer full of books, a motor at one end.
 //!
+//! ```text
+//! com = (com_x, com_y),   inertia about it: unchanged
+//! ```
 //! The mass centre lies at `(com_x, com_y)` in the object frame. The inertia about it equals that of the uniform body
 //! about its own mass centre. The prior is uniform over the footprint. The weight shares of feet stay as for the
 //! uniform body.

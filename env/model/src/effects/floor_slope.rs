@@ -1,5 +1,9 @@
 //! A sloping floor: a constant acceleration in the world. It acts after contact; before contact the object is held at
 //! rest.
+//!
+//! ```text
+//! F = M (accel_x, accel_y) in the world, at the mass centre
+//! ```
 
 use super::signed;
 use crate::Real;

@@ -1,5 +1,8 @@
 //! A load that is added or removed at one time, permanently.
 //!
+//! ```text
+//! M → M + mass,   I → I (M + mass)/M   after the event
+//! ```
 //! The velocity is continuous, and the inertia about the mass centre scales with the mass. The mass centre and the
 //! friction of the wheels do not change.
 

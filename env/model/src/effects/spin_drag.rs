@@ -1,5 +1,8 @@
 //! Additional viscous wheels.
 //!
+//! ```text
+//! τ = −spin · ω
+//! ```
 //! Any number of viscous wheels is equivalent to one symmetric positive semidefinite damping matrix. Any such matrix is
 //! that of one wheel and a pure spin damping. The positions of several wheels are therefore not identifiable.
 

@@ -1,4 +1,8 @@
 //! Isotropic viscous friction under the whole body: felt, a lubricant film, a carpet.
+//!
+//! ```text
+//! F = −Σ_i s_i μ v_i,   v_i: velocity of a support point, s_i: its share of the weight
+//! ```
 
 use super::{positive, spread, spread_out};
 use crate::Real;

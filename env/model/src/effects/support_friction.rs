@@ -1,6 +1,10 @@
 //! Dry friction under the whole body: the sum over its support points, each loaded by its share of the weight (Zhou et
 //! al. 2016, eq. 2, for known support points). Under a flat face the pressure is unknown; its radial spread is a
 //! parameter.
+//!
+//! ```text
+//! F = −Σ_i s_i f(|v_i|) v_i/√(|v_i|² + ε²),   v_i: velocity of a support point, s_i: its share of the weight
+//! ```
 
 use super::dry_friction::{DryFriction, creep, static_force, stribeck_velocity};
 use super::{positive, spread, spread_out};
