@@ -31,7 +31,7 @@ FOLDER = Path(__file__).resolve().parent
 ROOT = FOLDER.parents[1]
 MAX_CELL_TIME_S = 600
 """Time after which a cell counts as hanging, s."""
-COLOURS, MAX_WIDTH = 48, 1200
+COLOURS, MAX_WIDTH = 128, 1400
 """Number of colours and maximum width of a picture, pixels."""
 METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
@@ -103,7 +103,7 @@ def compress(png: str) -> str:
             (MAX_WIDTH, round(picture.height * MAX_WIDTH / picture.width)), Image.Resampling.LANCZOS
         )
     small = io.BytesIO()
-    picture.quantize(COLOURS).save(small, format="png", optimize=True)
+    picture.quantize(COLOURS, Image.Quantize.FASTOCTREE).save(small, format="png", optimize=True)
     return base64.b64encode(small.getvalue()).decode()
 
 
