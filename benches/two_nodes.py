@@ -81,7 +81,7 @@ def main() -> None:
         clean = args.cases // 2
         config.write_text(CONFIG.format(clean=clean, singles=args.cases - clean), encoding="utf-8")
         print(f"one process      {prove(config, one):8.1f} s", flush=True)
-        cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+        cluster: Any = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
         cluster.add_node(num_cpus=1)
         threading.Thread(target=kill_node, args=(cluster, two, args.kill_after), daemon=True).start()
         seconds = prove(config, two, "--backend", "ray", "--address", cluster.address)

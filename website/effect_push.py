@@ -27,7 +27,14 @@ ROOT = Path(__file__).resolve().parents[1]
 OBJECT = ROOT / "configs" / "objects" / "office_table.toml"
 GRASP = (-0.6, 0.1)
 RATE_HZ = 250.0
-WHEEL = {"kind": "viscous_wheel", "x": -0.5, "y": 0.3, "angle": 0.3, "mu_x": 30.0, "mu_y": 90.0}
+WHEEL: dict[str, Any] = {
+    "kind": "viscous_wheel",
+    "x": -0.5,
+    "y": 0.3,
+    "angle": 0.3,
+    "mu_x": 30.0,
+    "mu_y": 90.0,
+}
 """The locked wheel of the nominal model."""
 KNOTS = [
     [0.0, 0.0, 0.0, 0.0],

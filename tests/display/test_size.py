@@ -38,7 +38,16 @@ def design() -> trundle.Design:
     )
     models, answer = (model(), model()), {"long": "x" * 9999}
     return trundle.Design(
-        ("a", "b"), (push,) * 40, (1.0, 2.0), 0.0, 0.9, None, "sentence " * 40, models, answer
+        ("a", "b"),
+        (push,) * 40,
+        (1.0, 2.0),
+        0.0,
+        0.9,
+        None,
+        "sentence " * 40,
+        models,
+        ("warning " * 40,),
+        answer,
     )
 
 

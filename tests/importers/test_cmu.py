@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -150,14 +150,14 @@ def test_an_invalid_row_of_a_log_is_named(tmp_path: Path) -> None:
         read(tmp_path, "cmu-planar-push")
 
 
-def held(table: dict[str, Floats], names: list[str], t: Floats) -> Floats:
+def held(table: Mapping[str, Floats], names: list[str], t: Floats) -> Floats:
     """Return a stream at the times t, interpolated linearly."""
     values = np.column_stack([table[name] for name in names])
     there = ~np.isnan(values).any(axis=1)
     return np.column_stack([np.interp(t, table["t"][there], column[there]) for column in values.T])
 
 
-def force_on_object(table: dict[str, Floats], wrench: dict[str, Any], name: str, t: Floats) -> Floats:
+def force_on_object(table: Mapping[str, Floats], wrench: dict[str, Any], name: str, t: Floats) -> Floats:
     """Return the force on the object in world axes, N, (n, 2)."""
     begin, end = wrench["precontact"][name]
     reading = np.column_stack([table["force_x"], table["force_y"]])

@@ -24,8 +24,8 @@ def means(fit: trundle.Fit) -> dict[str, float | None]:
 
 def changed(recording: trundle.Recording, change: Callable[[dict[str, Any]], None]) -> trundle.Recording:
     """Return the recording with each episode's columns changed in place."""
-    episodes = recording.episodes
-    for name, columns in episodes.items():
+    episodes: dict[str, dict[str, Any]] = {}
+    for name, columns in recording.items():
         episodes[name] = {key: np.array(column) for key, column in columns.items()}
         change(episodes[name])
     return trundle.Recording(recording.metadata, episodes)

@@ -65,4 +65,4 @@ def test_outliers_are_masked_and_counted() -> None:
     dirty = trundle.Recording(metadata(TABLE), episodes)
     kept = trundle.prepare(dirty)["episode_00"]["pose_t"]
     assert not np.isin(columns["t"][[*fake, rows[200]]], kept).any()
-    assert trundle.inspect(dirty)["episodes"][0]["counts"]["pose_outliers"] == 31
+    assert trundle.inspect(dirty).episodes[0].counts.pose_outliers == 31

@@ -76,10 +76,8 @@ def test_the_missing_wrench_is_that_of_the_law(recording: trundle.Recording, rrd
 def test_windows_and_the_verdict_are_shown(rrd: Rrd) -> None:
     begin = rrd.array("/recording/t", "scalars", 1)[0][0]
     windows = [(time, state[0]) for time, _, state in rrd.rows("/states/mismatch", "state")]
-    assert windows == [
-        (pytest.approx(begin + WINDOW["start"]), "mismatch"),
-        (pytest.approx(begin + WINDOW["end"]), ""),
-    ]
+    assert [state for _, state in windows] == ["mismatch", ""]
+    assert [time for time, _ in windows] == pytest.approx([begin + WINDOW["start"], begin + WINDOW["end"]])
     text = rrd.only("/summary", "text")[0]
     assert "Dry friction is missing" in text
     assert "0.36 m before, 0.004 m after" in text

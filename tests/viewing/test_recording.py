@@ -40,7 +40,7 @@ def test_episodes_follow_each_other_on_one_timeline(recording: trundle.Recording
     names = [(time, state[0]) for time, _, state in rrd.rows("/states/episode", "state")]
     begins = [first[0], first[-1], second[0], second[-1]]
     assert [name for _, name in names] == ["episode_00", "", "episode_06 (held out)", ""]
-    np.testing.assert_allclose([time for time, _ in names], begins, atol=1e-6)
+    assert [time for time, _ in names] == pytest.approx(begins, abs=1e-6)
 
 
 def test_the_object_moves_as_recorded(recording: trundle.Recording, rrd: Rrd) -> None:
@@ -126,7 +126,9 @@ def test_the_viewer_opens_only_where_there_is_a_display(
     line = ["view", str(tmp_path / "table"), "--open"]
     started: list[Any] = []
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(viewer.subprocess, "Popen", lambda command, **_: started.append(command))
+    monkeypatch.setattr(
+        "trundle.viewing.viewer.subprocess.Popen", lambda command, **_: started.append(command)
+    )
     for name in viewer.DISPLAYS:
         monkeypatch.delenv(name, raising=False)
     assert main(line) == 2

@@ -100,7 +100,7 @@ def _draw_poses(
     drawn = _limited(ordered, wanted, recording.name)
     gaps = [_pose_gap(episode) for episode in drawn]
     scales = _pose_scales(gaps, series)
-    noise = np.asarray(inspect(recording)["noise"]["pose"], dtype=np.float64)
+    noise = np.asarray(inspect(recording).noise.pose, dtype=np.float64)
     titles = [f"{_AXES[k]} ({scales[k].unit})" for k in series.channels]
     on, whole, grid = _rows(drawn, titles, figure)
     for row, (episode, gap) in enumerate(zip(drawn, gaps, strict=True)):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, TypeAlias
 
-from trundle._optional import require
 from trundle.inspection import prepare
 from trundle.model import Model
 from trundle.picture import outlines
+from trundle.prediction import predict
 from trundle.recording import Recording, TrundleError, read
 from trundle.report.series import Series
 
@@ -127,16 +125,7 @@ def quasi_static_note(summary: Mapping[str, Any]) -> str:
 
 def _predicted(recording: Recording, model: Model) -> Mapping[str, Mapping[str, Any]]:
     """Return times `t`, and poses `observed` and `after` (n, 3) of each episode."""
-    from trundle.diagnosis import predict
-
-    pandas = require("pandas", "pandas", "plots of predictions")
-    with tempfile.TemporaryDirectory() as folder:
-        table = pandas.read_parquet(predict(recording, model, Path(folder) / "predictions.parquet"))
+    found = predict(recording, model)
     return {
-        str(name): {
-            "t": rows["t"].to_numpy(),
-            "observed": rows[[f"observed_{axis}" for axis in ("x", "y", "theta")]].to_numpy(),
-            "after": rows[[f"predicted_{axis}" for axis in ("x", "y", "theta")]].to_numpy(),
-        }
-        for name, rows in table.groupby("episode", sort=False)
+        name: {"t": one.t, "observed": one.observed, "after": one.predicted} for name, one in found.items()
     }

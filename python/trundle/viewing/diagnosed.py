@@ -221,7 +221,7 @@ def residual_panels(residual: Mapping[str, tuple[Floats, Floats]]) -> list[Panel
 
 def episode_windows(answer: Mapping[str, Any], name: str) -> dict[str, Sequence[Window]]:
     """Return the windows of an episode in which the nominal or the extended model misfits."""
-    found = {}
+    found: dict[str, Sequence[Window]] = {}
     for key in ("mismatch", "residual"):
         windows = [each for each in (answer.get(key) or {}).get("windows") or () if each["episode"] == name]
         if windows:

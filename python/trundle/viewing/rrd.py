@@ -100,9 +100,9 @@ class Writer:
         styled = {key: style for each in self._scene.episodes for key, style in curve_styles(each).items()}
         for path, (name, colour) in styled.items():
             self._stream.log(path, rr.SeriesLines(colors=[colour], names=[name], widths=[1.5]), static=True)
-        for key, colour in (("contact", "recorded"), ("mismatch", "before"), ("residual", "after")):
+        for key, role in (("contact", "recorded"), ("mismatch", "before"), ("residual", "after")):
             states = rr.StateConfiguration(
-                values=[key, ""], colors=[COLOURS[colour], (0, 0, 0)], visible=[True, False]
+                values=[key, ""], colors=[COLOURS[role], (0, 0, 0)], visible=[True, False]
             )
             self._stream.log(f"/states/{key}", states, static=True)
 

@@ -157,9 +157,8 @@ def from_object(diagnosis: Diagnosis) -> Diagnosed:
             name: Motion(episode.t, pose) for name, pose in sides.items() if pose is not None
         }
         curves: dict[str, tuple[Floats, Floats]] = {}
-        for side in SIDES if episode.residual is not None else ():
-            wrench = getattr(episode.residual, side)
-            if wrench is not None:
-                curves[side] = (episode.residual.t, wrench)
+        if (residual := episode.residual) is not None:
+            wrenches = {side: getattr(residual, side) for side in SIDES}
+            curves = {side: (residual.t, one) for side, one in wrenches.items() if one is not None}
         residuals[episode.name] = curves
     return Diagnosed(diagnosis.answer, diagnosis.model, poses, residuals)
