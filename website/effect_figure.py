@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from trundle.report.svg import Markup, join
 from website.chart import Panel, key, svg
-from website.effect_push import GRASP, WHEEL, Motion, effect_values, residual, simulate
+from website.effect_push import GRASP, WHEEL_POSITION, Motion, effect_values, residual, simulate
 
 __all__ = ["changes_motion", "draw_effect"]
 
@@ -57,7 +57,7 @@ def paths(motion: Motion, effect: dict[str, Any]) -> Markup:
         *([panel.area(region(values), "region")] if "half_length" in values else []),
         panel.area(outlines[0], "start"),
         panel.text("▸", GRASP, "without"),
-        panel.text("■", (WHEEL["x"], WHEEL["y"]), "without"),
+        panel.text("■", WHEEL_POSITION, "without"),
         *(panel.text("✕", place, "with") for place in places(values)),
     ]
     for one, end, style in ((nominal, outlines[1], "without"), (motion, outlines[2], "with")):

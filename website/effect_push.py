@@ -21,16 +21,17 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["GRASP", "Motion", "effect_values", "residual", "simulate"]
+__all__ = ["GRASP", "WHEEL_POSITION", "Motion", "effect_values", "residual", "simulate"]
 
 ROOT = Path(__file__).resolve().parents[1]
 OBJECT = ROOT / "configs" / "objects" / "office_table.toml"
 GRASP = (-0.6, 0.1)
 RATE_HZ = 250.0
-WHEEL: dict[str, Any] = {
+WHEEL_POSITION = (-0.5, 0.3)
+WHEEL = {
     "kind": "viscous_wheel",
-    "x": -0.5,
-    "y": 0.3,
+    "x": WHEEL_POSITION[0],
+    "y": WHEEL_POSITION[1],
     "angle": 0.3,
     "mu_x": 30.0,
     "mu_y": 90.0,

@@ -11,7 +11,7 @@ import griffe
 __all__ = ["CompiledDocstrings"]
 
 COMPILED = "trundle._native"
-OPTIONS = {"warn_unknown_params": False}
+OPTIONS: griffe.NumpyOptions = {"warn_unknown_params": False}
 """Settings that are passed on as keywords are parameters too."""
 
 

@@ -31,7 +31,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         if path not in files.src_uris:
             level = InclusionLevel.NOT_IN_NAV if path.startswith("source/") else InclusionLevel.UNDEFINED
             files.append(File.generated(config, path, content=content, inclusion=level))
-    pages = [file.src_uri for file in files.documentation_pages() if file.inclusion.is_in_nav()]
+    pages = [file.src_uri for file in files.documentation_pages()]
     config.nav = expand(config.nav or [], [page for page in pages if not page.startswith("source/")])
     return files
 

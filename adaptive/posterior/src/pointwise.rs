@@ -30,10 +30,9 @@ impl Posterior {
         let target = Target::new(likelihood, &self.model, &self.per_episode)?;
         let (episodes, parts): (Vec<_>, Vec<_>) = likelihood.split().into_iter().unzip();
         let at = |point: &Vec<f64>| {
-            let one = |(k, part): (usize, &Box<dyn Likelihood + '_>)| {
-                part.cost(&self.model, &target.values(point, k).0).map(|cost| -cost)
-            };
-            parts.iter().enumerate().map(one).collect::<Result<Vec<f64>, InferError>>()
+            let values = (0..).map(|k| target.values(point, k).0);
+            let costs = parts.iter().zip(values).map(|(part, values)| part.cost(&self.model, &values));
+            costs.map(|cost| cost.map(|cost| -cost)).collect::<Result<Vec<f64>, InferError>>()
         };
         let of = |points: &Vec<Vec<f64>>| points.par_iter().map(at).collect::<Result<Vec<_>, InferError>>();
         let chains = self.chains.iter().map(|chain| of(&chain.points)).collect::<Result<_, _>>()?;
