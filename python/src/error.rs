@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 
 use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -63,4 +64,9 @@ pub(crate) fn run_here<T: Send, E: Display + Send>(
         Ok(result) => result.map_err(refused),
         Err(_) => Err(PyRuntimeError::new_err("internal error in trundle; please report it with the input")),
     }
+}
+
+/// An error of the file at `path`.
+pub(crate) fn in_file(path: &Path, error: impl Display) -> PyErr {
+    refused(format!("{}: {error}", path.display()))
 }

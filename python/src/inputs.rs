@@ -1,7 +1,5 @@
 //! Arguments that several functions share.
 
-use std::path::Path;
-
 use pyo3::prelude::*;
 use trundle_model::{Model, PriorFile};
 use trundle_record::{Dataset, prepare};
@@ -27,9 +25,4 @@ pub(crate) fn model(given: Option<PyRef<'_, PyModel>>) -> Option<Model> {
 /// The prior in the content of a prior file.
 pub(crate) fn prior(text: Option<PriorText>) -> PyResult<Option<PriorFile>> {
     text.map(|(name, text)| PriorFile::from_toml(&text, &name)).transpose().map_err(refused)
-}
-
-/// An error of the file at `path`.
-pub(crate) fn in_file(path: &Path, error: impl std::fmt::Display) -> PyErr {
-    refused(format!("{}: {error}", path.display()))
 }

@@ -16,8 +16,7 @@ use trundle_model::{
 use trundle_posterior::Draws;
 
 use crate::display;
-use crate::error::{NotFiniteError, refused, run_here};
-use crate::inputs::in_file;
+use crate::error::{NotFiniteError, in_file, refused, run_here};
 
 /// One row per sample.
 type Table<'py> = Bound<'py, PyArray2<f64>>;

@@ -39,6 +39,12 @@ class Calibration(Displayed):
         (χ² test of uniform ranks), ``histogram`` (of the ranks, ten bins), ``mean_rank``.
     rounds : list of dict
         Truth, mean, standard deviation and rank in each round.
+
+    Examples
+    --------
+    >>> found = trundle.calibration.calibrate("configs/experiments/calibrate.toml", replicates=1)
+    >>> len(found.rounds)
+    1
     """
 
     table: CalibrationTable

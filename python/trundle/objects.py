@@ -57,8 +57,8 @@ class Object(Displayed):
     >>> table = trundle.objects.read("configs/objects/office_table.toml")
     >>> table.name, table.radius
     ('office table', 0.4)
-    >>> table.models["locked"]
-    <trundle.Model: 22 kg, viscous_wheel>
+    >>> table.models["locked"].effects
+    ['viscous_wheel']
     """
 
     name: str

@@ -171,7 +171,7 @@ class Posterior(Displayed):
         return {
             "posterior": posterior,
             "sample_stats": table(self.stats),
-            "log_likelihood": xr.Dataset({"episodes": self.log_likelihood}),
+            "log_likelihood": xarray.Dataset({"episodes": self.log_likelihood}),
             "posterior_predictive": poses(0),
             "observed_data": poses(1),
         }

@@ -18,6 +18,7 @@ import trundle
 from tests.display.samples import answer, diagnosis, fit, model, recording
 from trundle.design import DesignedPush
 from trundle.display.card import MAX_LINES, MAX_WIDTH, Card, Table
+from trundle.importers.guess.result import Question
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
@@ -72,6 +73,11 @@ def calibration() -> trundle.calibration.Calibration:
     )
 
 
+def map_guess() -> trundle.importers.MapGuess:
+    question = Question("columns.object_x", "which column " * 40)
+    return trundle.importers.MapGuess(Path("log.csv"), {}, [], [question] * 40)
+
+
 def agent() -> trundle.AdaptiveAgent:
     env = gymnasium.make("trundle/LockedWheel-v0")
     found = trundle.AdaptiveAgent(env)
@@ -102,6 +108,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "Finding": lambda: trundle.Finding("sign", "error", "wrong " * 99, "turn it\nround " * 99, "episode_00"),
     "Findings": lambda: trundle.Findings([trundle.Finding("a", "note", "x" * 300, "y" * 300)] * 99),
     "Fit": fit,
+    "MapGuess": map_guess,
     "Model": lambda: model(""),
     "Online": online,
     "Planner": lambda: trundle.Planner([-1, -1, -1], [1, 1, 1]),

@@ -66,6 +66,9 @@ y = -0.3
 """
 
 
+LOG = "t,x_mm,y_mm,theta_deg,fx,fy,tz\n0.0,1,2,0,0.1,0.2,0\n0.1,1,3,2,1.5,0.2,0.1\n0.2,2,5,4,1.6,0.3,0.1\n"
+
+
 @pytest.fixture(scope="session")
 def examples(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     """Return the folder in which the examples run, and their global names.
@@ -73,7 +76,7 @@ def examples(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, 
     Examples use ``trundle``, ``np``, ``recording`` (three episodes of 2 s, the last one held out), its
     ``episode``, its ``prediction``, the ``posterior`` of one parameter, and a ``diagnosis``; and the files
     ``scenario.toml``, ``model.toml`` (all values given), ``free.toml`` (the friction force is free),
-    ``wheel.toml`` (no friction) and ``configs/``.
+    ``wheel.toml`` (no friction), ``log.csv`` (poses and wrenches) and ``configs/``.
     """
     folder = tmp_path_factory.mktemp("examples")
     (folder / "configs").symlink_to(ROOT / "configs")
@@ -81,6 +84,7 @@ def examples(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, 
     (folder / "wheel.toml").write_text(MODEL, encoding="utf-8")
     (folder / "free.toml").write_text(MODEL + FRICTION, encoding="utf-8")
     (folder / "model.toml").write_text(f"{MODEL}{FRICTION}force = 14.0\n", encoding="utf-8")
+    (folder / "log.csv").write_text(LOG, encoding="utf-8")
     recording = trundle.simulate(folder / "scenario.toml", seed=1)
     names = {
         "trundle": trundle,

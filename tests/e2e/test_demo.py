@@ -121,9 +121,11 @@ def test_progress_never_decreases(demo: Demo) -> None:
 
 
 def test_two_processes_give_the_same_diagnoses_and_errors(demo: Demo, tmp_path: Path) -> None:
-    ran = trundle(tmp_path, "diagnose", demo.recording, "nowhere", "--out", "both", "--jobs", "2")
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "recording.toml").write_text('format = "trundle-recording/9"\n')
+    ran = trundle(tmp_path, "diagnose", demo.recording, "broken", "--out", "both", "--jobs", "2")
     assert ran.returncode == 2
-    assert ran.stderr.startswith("trundle: nowhere: ")
+    assert ran.stderr.startswith("trundle: broken")
     assert ran.stdout.startswith("office table: explained\n")
     both = [folder / "diagnosis.json" for folder in (demo.diagnosis, tmp_path / "both/recording")]
     assert both[0].read_bytes() == both[1].read_bytes()

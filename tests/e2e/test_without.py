@@ -24,7 +24,8 @@ def test_an_excluded_effect_is_not_replaced_by_a_wrong_one(demo: Demo, tmp_path:
 
 def test_an_unknown_effect_is_refused_with_the_known_ones(demo: Demo, tmp_path: Path) -> None:
     with pytest.raises(
-        package.TrundleError, match=r"unknown effect `coulomb`; the catalogue has .*coulomb_friction"
+        package.TrundleError,
+        match=r"unknown effect `coulomb`; did you mean `coulomb_friction`\? The catalogue has .*dead_band",
     ):
         package.diagnose(demo.recording, without=["coulomb"])
     ran = trundle(tmp_path, "diagnose", demo.recording, "--without", "coulomb", "--out", "none")

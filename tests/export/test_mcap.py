@@ -289,8 +289,8 @@ def test_times_out_of_range_are_refused(t: Any, message: str, tmp_path: Path) ->
     ("arguments", "said"),
     [
         (["empty", "--mcap", "a.mcap"], "empty: the folder has no recording.toml"),
-        (["run", "--mcap", "a.bag"], "a.bag: the name must end in .mcap"),
-        (["run", "--mcap", "folder.mcap"], "folder.mcap: exists and is not an export"),
+        (["run", "--mcap", "a.bag"], "--mcap a.bag: unknown suffix '.bag'"),
+        (["run", "--mcap", "folder.mcap"], "--mcap folder.mcap: is a folder; give a file"),
         (
             ["run", "--mcap", "a.mcap", "--out", "b"],
             "--mcap a.mcap: --out and --footprint apply only to --mujoco",

@@ -124,10 +124,10 @@ def test_a_y_up_tracker(imported: Import, tmp_path: Path) -> None:
 
 
 def test_files_of_spreadsheets(imported: Import, tmp_path: Path) -> None:
-    """A byte-order mark, quotes, line ends of Windows, empty lines, spaces, rows of different lengths."""
+    """A byte-order mark, quotes, line ends of Windows, empty lines, spaces, a delimiter at the end."""
     file = tmp_path / "log.csv"
     header = '"t", object_x ,"object_y",object_theta,force_x,force_y,torque_z'
-    rows = [header, '0, 1,"2",0,3,4,5,', "", "0.1,1.5,2,0", ""]
+    rows = [header, '0, 1,"2",0,3,4,5,', "", "0.1,1.5,2,0,,,", ""]
     file.write_bytes(b"\xef\xbb\xbf" + "\r\n".join(rows).encode())
     table = imported(file, "csv", PLAIN).episodes["episode_00"]
     np.testing.assert_array_equal(table["object_x"], [1.0, 1.5])
@@ -137,9 +137,9 @@ def test_files_of_spreadsheets(imported: Import, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", r"log\.csv: no rows"),
-        (b"t,x,t\n1,2,3\n", r"log\.csv: two columns have the same name"),
-        (b"t,x\n1,\xff\n", r"log\.csv: not a table with the delimiter ','"),
+        (b"", r"log\.csv: is empty; it must have a header"),
+        (b"t,x,t\n1,2,3\n", r"log\.csv: has two columns 't'; rename one of them in the header"),
+        (b"t,x\n1,\xff\n", r"log\.csv: cannot be read with encoding utf-8, delimiter ','"),
     ],
 )
 def test_a_file_that_is_not_a_table_is_refused(
@@ -155,7 +155,7 @@ def test_a_file_that_is_not_a_table_is_refused(
     [
         ("0.1,1,2,oops,3,4,5", r"log\.csv: row 2, column 'object_theta': 'oops' is not a number"),
         ("0.1,1,2,1_0,3,4,5", r"log\.csv: row 2, column 'object_theta': '1_0' is not a number"),
-        ("0.1,1,2,0,3,4,5,6", r"log\.csv: row 2 has 8 cells, but there are 7 columns"),
+        ("0.1,1,2,0,3,4,5,6", r"log\.csv: row 2 has 8 cells and the header 7"),
         ("0.1,1,,0,3,4,5", r"log\.csv: row 2: object_y is empty but other columns of object are not"),
     ],
 )

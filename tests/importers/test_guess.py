@@ -262,7 +262,7 @@ def test_semicolons_decimal_commas_a_preamble_units_and_latin_1(tmp_path: Path) 
 def test_files_with_other_columns_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t,x\n0,1\n1,2\n")
     (tmp_path / "b.csv").write_text("t,fx\n0,1\n1,2\n")
-    with pytest.raises(ValueError, match=r"b\.csv: its columns differ from a\.csv \(fx, x\)"):
+    with pytest.raises(ValueError, match=r"b\.csv: its columns differ from those of a\.csv \(fx, x\)"):
         guess_map(tmp_path)
 
 

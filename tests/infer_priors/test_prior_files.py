@@ -179,7 +179,10 @@ def test_an_unusable_prior_is_refused(folder: Path, prior: str, words: str) -> N
 
 def test_a_missing_file_is_named(folder: Path) -> None:
     ended = command(folder, "fit", "recording", "--prior", "nowhere.toml")
-    assert (ended.returncode, ended.stderr) == (2, "trundle: nowhere.toml: No such file or directory\n")
+    assert (ended.returncode, ended.stderr) == (
+        2,
+        "trundle: --prior = nowhere.toml: no such file or folder\n",
+    )
 
 
 def test_every_form_in_the_comments_of_the_example_is_valid(folder: Path) -> None:

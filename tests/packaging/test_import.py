@@ -48,8 +48,13 @@ sys.meta_path.insert(0, Absent())
 """
 """Beginning of a program in which no optional package can be imported."""
 
-NEEDS_EXTRA = ("trundle.envs.sb3", "trundle.export.callback", "trundle.importers.hdf5_child")
-"""Modules that are useless without an optional package: the first names its extra, two run on their own."""
+NEEDS_EXTRA = (
+    "trundle.envs.sb3",
+    "trundle.export.callback",
+    "trundle.importers.hdf5_child",
+    "trundle.plots.notebook_figure",
+)
+"""Modules that are useless without an optional package: their users name its extra, or they run alone."""
 
 IMPORT_ALL = """
 import importlib, pkgutil, trundle
@@ -115,7 +120,7 @@ def test_every_verb_shows_its_help_without_optional_packages() -> None:
         ("import trundle; trundle.demo().frame('episode_00')", "pandas"),
         ("import trundle; trundle.sample(trundle.demo())", "arviz"),
         ("import trundle; trundle.export.write_mcap(trundle.demo(), 'never.mcap')", "ros"),
-        ("import trundle.picture; trundle.picture.figure(trundle.demo())", "plots"),
+        ("import trundle; trundle.plots.recording(trundle.demo())", "plots"),
         ("import trundle.envs.sb3", "rl"),
         ("from trundle.experiments.backends import backend; backend('joblib', jobs=2)", "joblib"),
     ],
@@ -131,10 +136,10 @@ def test_an_absent_package_is_named_with_its_extra(line: str, extra: str) -> Non
 @pytest.mark.parametrize(
     ("arguments", "extra"),
     [
-        (("compare", "x.toml"), "experiments"),
+        (("compare", "configs/experiments/compare_small.toml"), "experiments"),
         (("paper", "fig5"), "experiments"),
         (("prove",), "experiments"),
-        (("calibrate", "x.toml", "--figure", "x.png"), "plots"),
+        (("calibrate", "configs/experiments/calibrate.toml", "--figure", "x.png"), "plots"),
     ],
 )
 def test_a_verb_names_the_extra_before_it_works(arguments: tuple[str, ...], extra: str) -> None:

@@ -143,7 +143,10 @@ def test_the_viewer_opens_only_where_there_is_a_display(
     ("arguments", "said"),
     [
         (["empty"], "empty: is neither a recording (a folder with recording.toml), a diagnosis"),
-        (["table", "--out", "table.bag"], "table.bag: the name must end in .rrd"),
+        (
+            ["table", "--out", "table.bag"],
+            "table.bag: unknown suffix '.bag'; a Rerun recording is written as .rrd",
+        ),
         (["table", "--out", "notes.rrd"], "notes.rrd: exists and is not a Rerun recording"),
         (["table", "--out", "folder.rrd"], "folder.rrd: is a folder"),
         (["table", "--recording", "table"], "table: is not a diagnosis; only a diagnosis takes --recording"),

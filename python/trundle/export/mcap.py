@@ -98,8 +98,8 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
 
     Examples
     --------
-    >>> trundle.export.write_mcap("recordings/run_3", "run_3.mcap")  # doctest: +SKIP
-    PosixPath('run_3.mcap')
+    >>> trundle.export.write_mcap(recording, "run_3.mcap").name
+    'run_3.mcap'
     """
     rosbag2 = require("rosbags.rosbag2", "ros", "MCAP files")
     whole = recording if isinstance(recording, Recording) else read(recording)

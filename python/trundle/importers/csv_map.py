@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from trundle.importers.config import typed
+from trundle.importers.config import MapError, typed
 from trundle.importers.csv_dialect import EMPTY, Dialect, is_number
 from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
 from trundle.importers.tables import TableMap, read_files
@@ -51,6 +51,8 @@ class CsvMap(TableMap):
     @property
     def dialect(self) -> Dialect:
         """The layout of the files."""
+        if len(self.delimiter) != 1:
+            raise MapError(f"`delimiter` = {self.delimiter!r}: must be one character, such as ',' or ';'")
         return Dialect(
             self.encoding, self.delimiter, self.decimal, self.header, self.skip_rows, self.unit_row
         )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trundle import palette
+from trundle._optional import require
 from trundle.plots.style import heading, legend, on_figure, plain
 from trundle.recording import TrundleError
 from trundle.report.quantity import format_estimate
@@ -173,16 +174,15 @@ def _levels(density: Array) -> list[float]:
 
 def _label(grid: Any, names: Sequence[str], described: Mapping[str, Mapping[str, Any]]) -> None:
     """Label rows and columns by parameter and unit."""
-    from matplotlib.ticker import MaxNLocator
-
+    ticker = require("matplotlib.ticker", "plots", "plots")
     for row, name in enumerate(names):
         text = name.replace(".", "\n", 1) + _unit(described[name])
         grid[-1, row].set_xlabel(text)
         for column in range(row + 1):
             axes: Axes = grid[row, column]
             plain(axes)
-            axes.xaxis.set_major_locator(MaxNLocator(3))
-            axes.yaxis.set_major_locator(MaxNLocator(3))
+            axes.xaxis.set_major_locator(ticker.MaxNLocator(3))
+            axes.yaxis.set_major_locator(ticker.MaxNLocator(3))
             axes.ticklabel_format(useOffset=False)
             axes.tick_params(
                 labelsize=7, labelleft=column == 0 and row > 0, labelbottom=row == len(names) - 1

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trundle import palette
+from trundle._optional import require
 from trundle.picture import place_outline
 from trundle.plots import top_view
 from trundle.plots.style import legend
@@ -80,13 +81,12 @@ def _draw_wheel(axes: Axes, wheel: Wheel, length: float) -> None:
 
 def _draw_points(axes: Axes, named: Sequence[tuple[Place, Point]]) -> None:
     """Mark points with crosses, 95 % ellipses and the numbers and names of their effects."""
-    from matplotlib.patches import Ellipse
-
+    patches = require("matplotlib.patches", "plots", "plots")
     for place, point in named:
         if np.isfinite(point.sd).all():
             width, height = 2.0 * WITHIN_95 * point.sd
             axes.add_patch(
-                Ellipse(tuple(point.mean), width, height, color=palette.MARK, alpha=0.25, linewidth=0)
+                patches.Ellipse(tuple(point.mean), width, height, color=palette.MARK, alpha=0.25, linewidth=0)
             )
         label = f"{place.number}: {place.name}"
         style: dict[str, Any] = {"marker": "+", "markersize": 13, "markeredgewidth": 2.0, "linestyle": "none"}

@@ -90,10 +90,9 @@ def _wrap(text: str, characters: int) -> str:
 
 def save(figure: Figure, path: Path) -> None:
     """Save a figure as PNG, SVG or PDF; the same figure gives the same bytes."""
-    from matplotlib import rc_context
-
+    matplotlib = require("matplotlib", "plots", "plots")
     kind = path.suffix[1:].lower()
-    with atomic_file(path) as part, rc_context({"svg.hashsalt": "trundle"}):
+    with atomic_file(path) as part, matplotlib.rc_context({"svg.hashsalt": "trundle"}):
         varying = {"svg": "Date", "pdf": "CreationDate"}.get(kind, "Software")
         figure.savefig(part, format=kind, dpi=DPI, metadata={varying: None})
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trundle import palette
+from trundle._optional import require
 from trundle.picture import place_outline
 from trundle.plots.style import plain
 from trundle.report.series import Array
@@ -22,11 +23,10 @@ def draw_outlines(
     axes: Axes, shape: Iterable[Array], pose: Array, colour: str, style: str = "-", fill: str = "none"
 ) -> None:
     """Draw the outline of the object, polygons (n, 2) in m, at a pose (3,), m, m, rad."""
-    from matplotlib.patches import Polygon
-
+    patches = require("matplotlib.patches", "plots", "plots")
     for polygon in shape:
         axes.add_patch(
-            Polygon(
+            patches.Polygon(
                 place_outline(polygon, pose),
                 closed=True,
                 edgecolor=colour,

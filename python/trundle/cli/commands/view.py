@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_out(
         parser,
         "output file (default: name of SOURCE with .rrd appended)",
-        Output("--out", "file", (".rrd",)),
+        Output("--out", "file", (".rrd",), content="a Rerun recording"),
     )
     declare(parser, "source", Input("SOURCE", "any"))
     declare(parser, "recording", Input("--recording", "recording"))

@@ -72,6 +72,11 @@ class Group:
         """All columns, those of `doubles` included."""
         return [*self.parts.values(), *(column for columns in self.doubles.values() for column in columns)]
 
+    @property
+    def claimed(self) -> set[str]:
+        """Parts that at least one column claims."""
+        return self.parts.keys() | self.doubles.keys()
+
     def holds(self, name: str) -> bool:
         """Return whether a column of the file is in this group."""
         return name in [column.text for column in self.columns]
@@ -128,9 +133,9 @@ def _collect(names: list[ColumnName], part_of: Callable[[ColumnName], str | None
 
 def _join_lone(groups: list[Group], main: set[str], lone: set[str]) -> list[Group]:
     """Join the only group that has `lone` alone to the only group that has `main` without it."""
-    without = [group for group in groups if main <= group.parts.keys() and not lone & group.parts.keys()]
-    alone = [group for group in groups if lone <= group.parts.keys() and not main & group.parts.keys()]
-    if len(without) != 1 or len(alone) != 1 or len([g for g in groups if main <= g.parts.keys()]) != 1:
+    without = [group for group in groups if main <= group.parts.keys() and not lone & group.claimed]
+    alone = [group for group in groups if lone <= group.parts.keys() and not main & group.claimed]
+    if len(without) != 1 or len(alone) != 1 or len([g for g in groups if main <= g.claimed]) != 1:
         return groups
     if without[0].is_gripper != alone[0].is_gripper:
         return groups

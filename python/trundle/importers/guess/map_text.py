@@ -34,14 +34,22 @@ def write_map(guess: MapGuess, path: Path | str) -> Path:
     Examples
     --------
     >>> guess = trundle.importers.guess_map("log.csv")
-    >>> trundle.importers.write_map(guess, "map.toml")
+    >>> trundle.importers.write_map(guess, "map.toml").name
+    'map.toml'
     """
     write_text(Path(path), map_text(guess))
     return Path(path)
 
 
 def map_text(guess: MapGuess) -> str:
-    """Return a guessed map as TOML, with the confidence and the basis of each key as comments."""
+    """Return a guessed map as TOML, with the confidence and the basis of each key as comments.
+
+    Examples
+    --------
+    >>> guess = trundle.importers.guess_map("log.csv")
+    >>> "x_mm" in trundle.importers.map_text(guess)
+    True
+    """
     notes = {one.key: f"{one.confidence}: {one.basis}" for one in guess.assignments}
     settings, asked = guess.settings, {question.key: question for question in guess.questions}
     lines = [

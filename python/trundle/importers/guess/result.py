@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from trundle.display import Card, Displayed
+
 __all__ = ["Assignment", "Confidence", "MapGuess", "Question"]
 
 Confidence = Literal["high", "medium", "given"]
@@ -71,8 +73,8 @@ class Question:
         return f" ({' or '.join(self.choices)})" if self.choices else f", such as {self.example}"
 
 
-@dataclass(frozen=True)
-class MapGuess:
+@dataclass(frozen=True, repr=False)
+class MapGuess(Displayed):
     """A guessed map of CSV files.
 
     Attributes
@@ -87,6 +89,12 @@ class MapGuess:
         Missing and ambiguous keys.
     unused : dict of str to str
         Columns of the file that the map does not use, with the reason.
+
+    Examples
+    --------
+    >>> guess = trundle.importers.guess_map("log.csv")
+    >>> guess.is_complete
+    False
     """
 
     source: Path
@@ -100,7 +108,7 @@ class MapGuess:
         """Whether the map can be used without answers."""
         return not self.questions
 
-    def __repr__(self) -> str:
-        """Return a summary of a few lines."""
-        state = "complete" if self.is_complete else f"missing: {', '.join(q.key for q in self.questions)}"
-        return f"MapGuess({str(self.source)!r}, {len(self.assignments)} keys, {state})"
+    def _card(self) -> Card:
+        state = "complete" if self.is_complete else f"{len(self.questions)} keys are missing"
+        title = f"trundle.importers.MapGuess of {self.source}: {len(self.assignments)} keys, {state}"
+        return Card(title, [(question.key, question.text) for question in self.questions])
