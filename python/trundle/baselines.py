@@ -39,6 +39,11 @@ __all__ = [
     "r2",
 ]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 Floats: TypeAlias = NDArray[np.float64]
 Features: TypeAlias = Literal["world", "recorded", "body"]
 

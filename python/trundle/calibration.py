@@ -21,6 +21,11 @@ from trundle.progress import ProgressOption, report_progress
 
 __all__ = ["Calibration", "calibrate"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
 ROUNDS_PER_BATCH = 4

@@ -30,6 +30,11 @@ else:
 
 __all__ = ["Object", "read", "task_options"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _FORMAT = "trundle-object/1"
 
 

@@ -249,3 +249,12 @@ def test_a_recording_shows_split_duration_and_rates() -> None:
         "wrench 100 Hz",
     ):
         assert words in text, text
+
+
+PUBLIC_MODULES = [name for name in trundle.__all__ if inspect.ismodule(getattr(trundle, name))]
+
+
+@pytest.mark.parametrize("name", PUBLIC_MODULES)
+def test_completion_shows_public_names_only(name: str) -> None:
+    module = getattr(trundle, name)
+    assert dir(module) == sorted(module.__all__)

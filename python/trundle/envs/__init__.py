@@ -47,5 +47,10 @@ __all__ = [
     "VectorOracle",
 ]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 FLAT = (LockedWheel, PushPose, PushPath, PushAround, PushDoor)
 """The tasks whose observations are arrays."""

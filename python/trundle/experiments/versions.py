@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import trundle
-from trundle import _native, diagnosis, input_checks
+from trundle import _native, diagnosis, findings, input_checks, inspection
 from trundle.experiments.blind import diagnose
 
 __all__ = ["PACKAGE", "code_version", "of_diagnosis", "of_module", "of_package"]
@@ -23,7 +23,8 @@ def of_package() -> str:
 
 def of_diagnosis() -> str:
     """Return the version of the code that a diagnosis depends on."""
-    sources = code_version(*(Path(str(module.__file__)) for module in (diagnosis, input_checks, diagnose)))
+    modules = (diagnosis, input_checks, findings, inspection, diagnose)
+    sources = code_version(*(Path(str(module.__file__)) for module in modules))
     return f"{_native._sources('diagnosis')}-{sources[:16]}"
 
 

@@ -14,3 +14,7 @@ from trundle.export.mcap import write_mcap
 from trundle.export.randomise import draw, ranges
 
 __all__ = ["Laws", "Model", "TrundleError", "draw", "ranges", "to_mujoco", "write_mcap"]
+
+
+def __dir__() -> list[str]:
+    return __all__

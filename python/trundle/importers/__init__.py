@@ -34,6 +34,11 @@ __all__ = [
     "write_map",
 ]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 IMPORTERS = {
     "cmu-planar-push": "cmu",
     "csv": "csv_map",

@@ -21,6 +21,10 @@ from trundle.report.inputs import inputs
 __all__ = ["inputs", "render"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
     """Render the whole report, see `trundle.report.page.render`.
 
