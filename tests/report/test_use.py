@@ -83,6 +83,6 @@ def test_the_box_of_an_unexplained_recording_says_what_is_not_in_the_model(
     samples: dict[str, Sample],
 ) -> None:
     found = box(samples["unexplained"])
-    assert found["title"] == "Use the model, which lacks the missing effect"
+    assert found["title"] == "Use the refitted model, without the missing effect"
     assert "without the missing effect" in found["content"]
     assert "learned force" in box(samples["discrepancy"])["content"]

@@ -55,7 +55,7 @@ def use(diagnosis: Mapping[str, Any], series: Series) -> dict[str, Any]:
     """Return the title, a sentence on the content of the model, and code that works with this model."""
     unexplained = diagnosis.get("verdict") == "unexplained"
     return {
-        "title": "Use the model, which lacks the missing effect" if unexplained else "Use this model",
+        "title": "Use the refitted model, without the missing effect" if unexplained else "Use this model",
         "content": _content(diagnosis, series),
         "snippets": _snippets(diagnosis, series),
     }
