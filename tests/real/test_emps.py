@@ -59,6 +59,7 @@ def test_bias_and_slope_are_indistinguishable_on_a_rail(fits: dict[str, dict[str
     assert window(fits["rail_dry_slope"]) == pytest.approx(window(fits["rail_dry_bias"]), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_diagnosis_names_the_published_effects(axis: trundle.Recording) -> None:
     found = trundle.diagnose(axis, MODELS / "rail_viscous.toml")
     assert found.verdict == "explained"
