@@ -15,7 +15,6 @@ from trundle._types import Answer, FitSummary
 from trundle.atomic import atomic_folder
 from trundle.black_box import Parameters, Step, parse_parameters
 from trundle.display import Card, Displayed
-from trundle.display.results import diagnosis_card, fit_card
 from trundle.input_checks import require_usable
 from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs, render
@@ -83,6 +82,8 @@ class Fit(Displayed):
         return plots.fit(self, recording)
 
     def _card(self) -> Card:
+        from trundle.display.results import fit_card  # takes long to import
+
         return fit_card(self.summary)
 
 
@@ -157,6 +158,8 @@ class Diagnosis(Displayed):
         return Path(folder)
 
     def _card(self) -> Card:
+        from trundle.display.results import diagnosis_card
+
         return diagnosis_card(self.answer)
 
 

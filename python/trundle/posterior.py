@@ -18,7 +18,6 @@ from trundle._optional import require
 from trundle.atomic import atomic_file
 from trundle.diagnosis import native_model, native_recording
 from trundle.display import Card, Displayed
-from trundle.display.results import posterior_card
 from trundle.progress import ProgressOption, report_progress
 
 if TYPE_CHECKING:
@@ -200,6 +199,8 @@ class Posterior(Displayed):
         return target
 
     def _card(self) -> Card:
+        from trundle.display.results import posterior_card  # takes long to import
+
         return posterior_card(self.summary)
 
 
