@@ -1,6 +1,6 @@
 """A blind benchmark on a Ray cluster of two nodes, one of which is killed, compared with one process.
 
-python benches/two_nodes.py --cases 6 --kill-after 3
+python benches/two_nodes.py --cases 2 --kill-after 2
 
 The cluster runs on this machine, with one processor per node. The second node is killed when the given number
 of units is finished. The script prints both times and fails if the results differ by a byte. Costs of the
@@ -72,8 +72,8 @@ def main() -> None:
     from ray.cluster_utils import Cluster
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--cases", type=int, default=6, help="recordings, half of them clean (default 6)")
-    parser.add_argument("--kill-after", type=int, default=3, metavar="N", help="finished units (default 3)")
+    parser.add_argument("--cases", type=int, default=2, help="recordings, half of them clean (default 2)")
+    parser.add_argument("--kill-after", type=int, default=2, metavar="N", help="finished units (default 2)")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         one, two = Path(folder) / "one", Path(folder) / "two"
