@@ -170,7 +170,7 @@ def simulate(*effect: tuple[str, Any]) -> Motion:
 
 
 def residual(motion: Motion) -> NDArray[np.float64]:
-    """Return the wrench that the nominal model lacks, shape (n, 3), object axes, N, N, N·m.
+    """Return the wrench that is missing from the nominal model, shape (n, 3), object axes, N, N, N·m.
 
     It is `M a - (reading + laws)`: what would have to act in addition for the nominal model to move as
     recorded.

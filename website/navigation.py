@@ -16,7 +16,7 @@ def expand(nav: list[Any], pages: Iterable[str]) -> list[Any]:
     ----------
     nav : list
         Navigation as in `mkdocs.yml`. An entry `NAME?` is a page that may be missing. An entry with `*`
-        stands for the pages of that folder which match and are not listed elsewhere.
+        is replaced by the pages of that folder that match and are not listed elsewhere.
     pages : iterable of str
         Paths of all pages, relative to the documentation.
 

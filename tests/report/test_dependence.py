@@ -99,3 +99,16 @@ def test_the_next_recording_follows_the_residual_not_the_refitted_simulation(
     assert "It occurs within 0.2 s of each contact." in text
     assert "Repeat a push with a slow first contact and with a fast one." in text
     assert "above 0.25" not in text
+
+
+def test_predictors_do_not_depend_on_units() -> None:
+    """Millimetres and milliseconds give the same shares as metres and seconds."""
+    plain = [episode(seed, lambda t, heading, speed: along_x(-5.0 * np.sign(speed))) for seed in range(4)]
+    scaled = copy.deepcopy(plain)
+    for one in scaled:
+        one["t"] = one["t"] * 1000.0
+        one["residual"]["t"] = one["residual"]["t"] * 1000.0
+        one["observed"][:, :2] *= 1000.0
+    found = [predictors(Series.parse({"episodes": episodes})) for episodes in (plain, scaled)]
+    assert [name for name, _ in found[0]] == [name for name, _ in found[1]]
+    np.testing.assert_allclose([share for _, share in found[0]], [share for _, share in found[1]], atol=1e-3)

@@ -100,9 +100,9 @@ def test_a_diagnosis_in_memory_has_the_missing_wrench_of_every_push(
         }
         for name, each in prepared.items()
     ]
-    told: dict[str, Any] = {**answer(), "verdict": "unexplained", "missing": []}
+    changed: dict[str, Any] = {**answer(), "verdict": "unexplained", "missing": []}
     model = trundle.Model.from_toml(MODEL.partition('[[effect]]\nkind = "coulomb')[0])
-    found = Diagnosis(told, model, "", {"episodes": episodes}, None)  # type: ignore[arg-type]
+    found = Diagnosis(changed, model, "", {"episodes": episodes}, None)  # type: ignore[arg-type]
     with pytest.raises(trundle.TrundleError, match="does not contain its recording: pass `recording`"):
         trundle.view(found, tmp_path / "a.rrd")
     rrd = Rrd(trundle.view(found, tmp_path / "a.rrd", recording=recording))

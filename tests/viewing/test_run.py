@@ -22,22 +22,22 @@ def written(folder: Path) -> Path:
 
 def test_goal_obstacle_and_estimate_are_shown(tmp_path: Path) -> None:
     rrd = Rrd(trundle.view(written(tmp_path / "run"), tmp_path / "run.rrd"))
-    told = history(friction=True)
+    stored = history(friction=True)
     times, x = rrd.array("/plots/position/x_recorded", "scalars")
-    assert x.tolist() == [told["first"]["pose"][0], *(row["pose"][0] for row in told["steps"])]
-    np.testing.assert_allclose(times, [0.0, *(row["t"] for row in told["steps"])], atol=1e-6)
+    assert x.tolist() == [stored["first"]["pose"][0], *(row["pose"][0] for row in stored["steps"])]
+    np.testing.assert_allclose(times, [0.0, *(row["t"] for row in stored["steps"])], atol=1e-6)
     assert rrd.only("/scene/goal", "translation") == [[2.0, 0.0, 0.0]]
     np.testing.assert_allclose(np.array(rrd.only("/scene/obstacles", "strips")[0])[:4, :2], BOX, atol=1e-6)
     estimates = rrd.rows("/scene/object/estimate", "strips")
-    assert [time for time, *_ in estimates] == pytest.approx([update["time"] for update in told["updates"]])
-    for (_, _, strip), update in zip(estimates, told["updates"], strict=True):
+    assert [time for time, *_ in estimates] == pytest.approx([update["time"] for update in stored["updates"]])
+    for (_, _, strip), update in zip(estimates, stored["updates"], strict=True):
         wheel = update["model"]["effect"][0]
         centre = np.array(strip[0])[:4, :2].mean(axis=0)
         np.testing.assert_allclose(centre, [wheel["x"], wheel["y"]], atol=1e-6)
     _, distance = rrd.array("/plots/distance/to_the_goal", "scalars")
-    assert distance.tolist() == [row["distance"] for row in told["steps"]]
+    assert distance.tolist() == [row["distance"] for row in stored["steps"]]
     _, pushed = rrd.array("/plots/torque/measured", "scalars")
-    assert pushed.tolist() == [row["wrench"][2] for row in told["steps"]]
+    assert pushed.tolist() == [row["wrench"][2] for row in stored["steps"]]
     assert "episode_00" in rrd.only("/summary", "text")[0]
 
 

@@ -30,7 +30,7 @@ class CsvMap(TableMap):
     encoding : str
         Codec of the text.
     delimiter : str
-        Separator of cells; a space stands for any number of spaces.
+        Separator of cells; a space matches any number of spaces.
     decimal : str
         Decimal sign, "." or ",".
     header : bool

@@ -15,12 +15,12 @@ __all__ = ["MIN_SHARE", "predictors"]
 MIN_SHARE = 0.1
 """Smallest share of the missing wrench that counts as a dependence."""
 
-_HALF_WINDOW_S = 0.1
-"""Half of the time over which velocities are taken from the recorded poses."""
+_WINDOW_SHARE = 1.0 / 30.0
+"""Share of an episode over which velocities are taken from the recorded poses: 0.2 s of 6 s."""
 _MAX_SAMPLES = 400
 """About the largest number of samples of an episode."""
-_MIN_SPEED, _MIN_SPIN = 0.01, 0.02
-"""Speed, m/s, and spin, rad/s, below which the object counts as resting."""
+_REST_SHARE = 0.05
+"""Share of the largest speed, and of the largest spin, below which the object counts as resting."""
 
 Bins = npt.NDArray[np.int64]
 Samples = dict[str, Array]
@@ -52,10 +52,11 @@ def _episode_samples(index: int, episode: Episode) -> Samples | None:
         return None
     few = slice(None, None, max(1, len(residual.t) // _MAX_SAMPLES))
     t = residual.t[few]
-    pose, before, after = (
-        interpolate_poses(t + shift, episode) for shift in (0.0, -_HALF_WINDOW_S, _HALF_WINDOW_S)
-    )
-    velocity = (after - before) / (2.0 * _HALF_WINDOW_S)
+    half = 0.5 * _WINDOW_SHARE * (t[-1] - t[0])
+    if half <= 0.0:
+        return None
+    pose, before, after = (interpolate_poses(t + shift, episode) for shift in (0.0, -half, half))
+    velocity = (after - before) / (2.0 * half)
     heading, course = pose[:, 2], np.arctan2(velocity[:, 1], velocity[:, 0])
     scaled = missing[few] / np.maximum(residual.sd[few], 1e-12)
     columns = {
@@ -113,14 +114,14 @@ def _crossed(first: Bins, second: Bins) -> Bins:
 
 def _motion_bins(samples: Samples, course: str) -> Bins:
     """Return bins of the direction of motion, with one for rest."""
-    rests = samples["speed"] < _MIN_SPEED
+    rests = samples["speed"] < _REST_SHARE * samples["speed"].max()
     return np.where(rests, 12, _angles(samples[course], 12))
 
 
 def _spin_bins(samples: Samples) -> Bins:
     """Return bins of the spin by sense and size, with one for rest."""
-    size = _quantiles(np.abs(samples["spin"]), 4)
-    return np.where(np.abs(samples["spin"]) < _MIN_SPIN, 8, size + 4 * (samples["spin"] > 0.0))
+    spin = np.abs(samples["spin"])
+    return np.where(spin < _REST_SHARE * spin.max(), 8, _quantiles(spin, 4) + 4 * (samples["spin"] > 0.0))
 
 
 _QUANTITIES: Sequence[tuple[str, Callable[[Samples], Bins]]] = (

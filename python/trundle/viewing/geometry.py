@@ -20,7 +20,7 @@ def lift(points: Floats, height: float = 0.0) -> Floats:
 
 
 def object_outlines(shape: Shape) -> list[Floats]:
-    """Return the closed outlines of an object; a square stands for an object on a rail."""
+    """Return the closed outlines of an object; a square for an object on a rail."""
     return list(shape.outline) or [RAIL_SIZE_M * SQUARE]
 
 

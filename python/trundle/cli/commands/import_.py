@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     maps.add_argument(
         "--guess",
         action="store_true",
-        help="for CSV: propose a map from the names of the columns, and ask for what is missing",
+        help="for CSV: propose a map from the names of the columns, and ask for missing keys",
     )
     maps.add_argument(
         "--init", metavar="MAP", type=Path, help="for CSV: write the proposed map, with comments, and stop"
@@ -85,7 +85,7 @@ def select_layout(args: argparse.Namespace) -> str:
 
 
 def write_init(args: argparse.Namespace) -> int:
-    """Write the proposed map and print what is missing in it."""
+    """Write the proposed map and print its missing keys."""
     from trundle.cli.guessing import guess, list_questions
     from trundle.importers import write_map
 

@@ -21,7 +21,8 @@ HEAD = """# The paper's experiments
 
 The evaluation of Scholz, Levihn, Isbell, Christensen and Stilman, "Learning Non-Holonomic Object Models for
 Mobile Manipulation", section V, done again in simulation, and what that paper left open. Every section is
-written by its command from the results in [paper/](paper/); `trundle paper all` writes all of them.
+written by its command from the results in [paper/](paper/); `trundle paper all`, with `--out` naming this
+folder, writes all of them.
 """
 
 
