@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -138,6 +138,9 @@ def test_a_recording_comes_back_through_its_guessed_map(
         np.testing.assert_allclose(actual - turns, values, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
+@example(
+    ["x", "y", "yaw", "fx", "fy", "tz", "t", "left_fx", "Fx"], 0
+)  # a lone torque, three columns of force
 @settings(max_examples=80)
 @given(st.lists(st.sampled_from(MIXED), unique=True, min_size=2), st.integers(0, 9))
 def test_a_guess_never_assigns_a_column_of_another_quantity(names: list[str], seed: int) -> None:

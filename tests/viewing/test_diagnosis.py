@@ -113,6 +113,10 @@ def test_a_diagnosis_in_memory_has_the_missing_wrench_of_every_push(
         np.testing.assert_allclose(error, 0.2, atol=1e-9)
     _, origins = rrd.array("/scene/object/missing/residual", "origins")
     np.testing.assert_allclose(origins[:, :2], np.tile(POINT, (10, 1)), atol=1e-6)
+    _, arrows = rrd.array("/scene/object/missing/residual", "vectors")
+    forces = np.tile(wrench[:, :2], (2, 1))
+    np.testing.assert_allclose(arrows[:, :2] / arrows[-1, 1], forces / forces[-1, 1], atol=1e-5)
+    assert arrows[-1, 1] > 0.0
     assert "/scene/after" not in rrd.entities
 
 
