@@ -4,6 +4,7 @@ use toml::{Table, Value};
 
 use crate::error::{Error, Place};
 use crate::fault::Fault;
+use crate::joints::JOINT_FORMAT;
 use crate::metadata::Metadata;
 
 impl Metadata {
@@ -13,8 +14,7 @@ impl Metadata {
     /// If the text is not TOML, a key is unknown or missing, or a value has the wrong type.
     /// [`crate::Recording::validate`] checks the values themselves.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
-        let table = text.parse::<Table>().map_err(|error| syntax(text, &error))?;
-        Self::from_table(table)
+        Self::from_table(parse(text)?)
     }
 
     /// Converts the table of `recording.toml`.
@@ -22,6 +22,9 @@ impl Metadata {
     /// # Errors
     /// As [`Metadata::from_toml`].
     pub fn from_table(mut table: Table) -> Result<Self, Error> {
+        let joints = "trundle.read or JointRecording::read";
+        let other = Fault::OtherFormat { format: JOINT_FORMAT, what: "recordings of joints", reader: joints };
+        refuse_format(&table, other)?;
         lift_at_rest(&mut table)?;
         let notes = take_notes(&mut table)?;
         let metadata: Self = table.try_into().map_err(|error| key(&error))?;
@@ -71,7 +74,7 @@ fn lift_at_rest(table: &mut Table) -> Result<(), Error> {
 }
 
 /// Removes `[notes]` from the table. Deserialising it through serde would turn dates and times into strings.
-fn take_notes(table: &mut Table) -> Result<Table, Error> {
+pub(crate) fn take_notes(table: &mut Table) -> Result<Table, Error> {
     match table.remove("notes") {
         None => Ok(Table::new()),
         Some(Value::Table(notes)) => Ok(notes),
@@ -82,6 +85,20 @@ fn take_notes(table: &mut Table) -> Result<Table, Error> {
     }
 }
 
+/// Parses the text of a document.
+pub(crate) fn parse(text: &str) -> Result<Table, Error> {
+    text.parse().map_err(|error| syntax(text, &error))
+}
+
+/// Refuses a table whose `format` is that of the error `other`.
+pub(crate) fn refuse_format(table: &Table, other: Fault) -> Result<(), Error> {
+    let stated = table.get("format").and_then(Value::as_str);
+    match &other {
+        Fault::OtherFormat { format, .. } if stated == Some(*format) => Err(other.at(Place::field("format"))),
+        _ => Ok(()),
+    }
+}
+
 fn syntax(text: &str, error: &toml::de::Error) -> Error {
     let start = error.span().map_or(0, |span| span.start.min(text.len()));
     let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
@@ -89,7 +106,7 @@ fn syntax(text: &str, error: &toml::de::Error) -> Error {
 }
 
 /// The message of the deserialiser at the key that its last line names.
-fn key(error: &toml::de::Error) -> Error {
+pub(crate) fn key(error: &toml::de::Error) -> Error {
     let shown = error.to_string();
     let path = shown.rsplit_once("\nin `").map_or("", |(_, rest)| rest.trim_end().trim_end_matches('`'));
     let hint = match error.message().starts_with("unknown field") {
@@ -99,6 +116,6 @@ fn key(error: &toml::de::Error) -> Error {
     Fault::Key { message: format!("{}{hint}", error.message()) }.at(Place::field(path))
 }
 
-fn unwritable(error: &toml::ser::Error) -> Error {
+pub(crate) fn unwritable(error: &toml::ser::Error) -> Error {
     Fault::Key { message: error.to_string() }.at(Place::field(""))
 }

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::fault::Fault;
+use crate::joints::stream_rank;
+
 /// Columns of the object's pose, in the order of [`Episode::object`].
 pub const OBJECT: [&str; 3] = ["object_x", "object_y", "object_theta"];
 /// Columns of a level gripper's pose.
@@ -70,9 +73,12 @@ impl Episode {
         }
     }
 
-    /// Names of all columns except `t`, in the order of the format, notes last.
+    /// Names of all columns except `t`: those of planar recordings in the order of their format, those of joints by
+    /// stream, notes last.
     pub fn header(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = known_columns().filter(|&name| self.columns.contains_key(name)).collect();
+        let mut names: Vec<&str> = self.columns.keys().map(String::as_str).collect();
+        let planar = |name: &str| known_columns().position(|known| known == name).unwrap_or(usize::MAX);
+        names.sort_by_key(|name| (planar(name), stream_rank(name)));
         names.extend(self.notes.keys().map(String::as_str));
         names
     }
@@ -124,6 +130,14 @@ impl Episode {
 /// Names of all columns of all streams.
 pub(crate) fn known_columns() -> impl Iterator<Item = &'static str> {
     OBJECT.into_iter().chain(GRIPPER_LEVEL).chain(GRIPPER_TILTING.into_iter().skip(2)).chain(WRENCH)
+}
+
+/// Refuses a title that is not a numeric column of a planar recording.
+pub(crate) fn check_title(title: &str) -> Result<(), Fault> {
+    match known_columns().any(|known| known == title) {
+        true => Ok(()),
+        false => Err(Fault::unknown_column(title, known_columns().collect::<Vec<_>>().join(", "))),
+    }
 }
 
 /// Episodes are equal if all their cells are equal; empty cells equal each other.

@@ -1,6 +1,5 @@
 //! Faults of recordings. Each message contains the offending value and the remedy.
 
-use crate::episode::known_columns;
 use crate::escaped::Escaped;
 
 /// What is wrong with a recording.
@@ -49,6 +48,16 @@ pub enum Fault {
         /// Message of the parser.
         message: String,
     },
+    /// The document has the other format.
+    #[error("{format:?} is the format of {what}; read it with {reader}")]
+    OtherFormat {
+        /// The stated format.
+        format: &'static str,
+        /// What has this format.
+        what: &'static str,
+        /// What reads it.
+        reader: &'static str,
+    },
     /// A key is unknown or missing, or its value has the wrong type.
     #[error("{message}")]
     Key {
@@ -64,6 +73,14 @@ pub enum Fault {
         problem: &'static str,
         /// What to write instead.
         remedy: &'static str,
+    },
+    /// A document that a model includes is invalid.
+    #[error("the model includes {path:?}: {fault}")]
+    Included {
+        /// Path of the included document inside the folder.
+        path: String,
+        /// What is wrong with it.
+        fault: Box<Fault>,
     },
     /// A list of corners is not a simple polygon.
     #[error("{problem}; list the corners of a simple polygon in order: at least three, all different")]
@@ -131,6 +148,9 @@ pub enum Fault {
         /// Why it is required.
         reason: &'static str,
     },
+    /// A joint has no position.
+    #[error("the column is empty; fill in the positions of the joint, or remove the episode")]
+    NoPosition,
     /// The table has no rows.
     #[error("the table has no rows; export it again, or remove the file")]
     NoRows,
@@ -255,8 +275,8 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The fault of a column `name` that the format does not define.
-    pub(crate) fn unknown_column(name: &str) -> Self {
-        Self::UnknownColumn { name: name.to_owned(), known: known_columns().collect::<Vec<_>>().join(", ") }
+    /// The fault of a column `name` that is none of `known`.
+    pub(crate) fn unknown_column(name: &str, known: String) -> Self {
+        Self::UnknownColumn { name: name.to_owned(), known }
     }
 }

@@ -1,13 +1,16 @@
-//! Recordings of pushed objects: reading, writing, validation, checks, and preparation for estimation.
+//! Recordings of pushed objects and of joints: reading, writing, validation, checks, and preparation for estimation.
 
+mod any_recording;
 mod check;
 mod document;
 mod episode;
 mod error;
 mod escaped;
 mod fault;
+mod folder;
 mod inertia;
 mod info;
+mod joints;
 mod metadata;
 mod motion;
 mod prepare;
@@ -18,12 +21,18 @@ mod table;
 mod validate;
 mod write;
 
+pub use any_recording::AnyRecording;
 pub use check::{Finding, Severity, check};
 pub use episode::{Episode, Gripper, Stream, WrenchStream};
 pub use error::{Error, File, Place};
 pub use fault::Fault;
 pub use inertia::InertialShare;
 pub use info::{EpisodeInfo, Info, StreamInfo, inspect};
+pub use joints::{
+    Axis, DelayMeta, EffortMeta, EffortSettings, EffortSource, EncoderMeta, EncoderSide, EpisodeMeta, FreeOr,
+    JOINT_FORMAT, JointMetadata, JointNoise, JointRecording, MechanismMeta, Payload, PerJoint, StartMeta,
+    TargetMeta, TargetSettings,
+};
 pub use metadata::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
     Reference, Scene, Sign, Source, Split, WrenchMeta,

@@ -1,14 +1,18 @@
 //! Atomic writing of a recording.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
+use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
-use crate::recording::{METADATA_FILE, Recording};
+use crate::folder::METADATA_FILE;
+use crate::joints::owned_files;
+use crate::recording::Recording;
 use crate::replace::{recover_folder, replace_folder};
 use crate::table::Table;
 
@@ -21,24 +25,40 @@ impl Recording {
     pub fn write(&self, path: &Path, table: Table) -> Result<(), Error> {
         self.validate()?;
         let text = self.metadata.to_toml()?;
-        let io = |source| Fault::Io { action: "written", source }.at(Place::path(path));
-        recover_folder(path).map_err(io)?;
-        let occupied = occupied(path).map_err(io)?;
-        if let Some(problem) = occupied {
-            return Err(Fault::Occupied { problem }.at(Place::path(path)));
-        }
-        let temporary = temporary_sibling(path).map_err(io)?;
-        let folder = temporary.path().join("new");
-        fs::create_dir(&folder).map_err(io)?;
-        fs::write(folder.join(METADATA_FILE), text).map_err(io)?;
-        for episode in &self.episodes {
-            let name = format!("{}.{}", episode.name, table.extension());
-            let written = table.write(&folder.join(&name), episode);
-            // Report the final path: the temporary folder no longer exists when the user reads the error.
-            written.map_err(|error| error.on_disk(|_| Some(path.join(&name))))?;
-        }
-        replace_folder(&folder, path).map_err(io)
+        write_folder(path, &text, &self.episodes, &BTreeMap::new(), table)
     }
+}
+
+/// Writes the folder of a recording with `files` by their paths in it, and replaces an earlier recording at `path`.
+pub(crate) fn write_folder(
+    path: &Path,
+    text: &str,
+    episodes: &[Episode],
+    files: &BTreeMap<String, Vec<u8>>,
+    table: Table,
+) -> Result<(), Error> {
+    let io = |source| Fault::Io { action: "written", source }.at(Place::path(path));
+    recover_folder(path).map_err(io)?;
+    let occupied = occupied(path).map_err(io)?;
+    if let Some(problem) = occupied {
+        return Err(Fault::Occupied { problem }.at(Place::path(path)));
+    }
+    let temporary = temporary_sibling(path).map_err(io)?;
+    let folder = temporary.path().join("new");
+    fs::create_dir(&folder).map_err(io)?;
+    fs::write(folder.join(METADATA_FILE), text).map_err(io)?;
+    for (name, content) in files {
+        let file = folder.join(name);
+        fs::create_dir_all(file.parent().unwrap_or(&folder)).map_err(io)?;
+        fs::write(file, content).map_err(io)?;
+    }
+    for episode in episodes {
+        let name = format!("{}.{}", episode.name, table.extension());
+        let written = table.write(&folder.join(&name), episode);
+        // Report the final path: the temporary folder no longer exists when the user reads the error.
+        written.map_err(|error| error.on_disk(|_| Some(path.join(&name))))?;
+    }
+    replace_folder(&folder, path).map_err(io)
 }
 
 /// Why `path` must not be replaced; `None` if it may be.
@@ -50,17 +70,34 @@ fn occupied(path: &Path) -> io::Result<Option<String>> {
         Ok(_) => {}
     }
     let mut names = Vec::new();
-    for entry in fs::read_dir(path)? {
-        names.push(entry?.file_name());
-    }
+    list(path, "", &mut names)?;
     if names.is_empty() {
         return Ok(None);
     }
     if !names.iter().any(|name| name == METADATA_FILE) {
         return Ok(Some("is not a recording".to_owned()));
     }
-    let unrelated = names.iter().find(|name| *name != METADATA_FILE && Table::of(Path::new(name)).is_none());
+    let models = owned_files(path);
+    let is_table = |name: &String| !name.contains('/') && Table::of(Path::new(name)).is_some();
+    let unrelated =
+        names.iter().find(|name| *name != METADATA_FILE && !is_table(name) && !models.contains(*name));
     Ok(unrelated.map(|name| format!("contains {name:?}, which is not part of a recording")))
+}
+
+/// Appends the paths of all files and empty folders in `folder`, relative to it and with `/`.
+fn list(folder: &Path, prefix: &str, names: &mut Vec<String>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        let before = names.len();
+        if entry.file_type()?.is_dir() {
+            list(&entry.path(), &format!("{name}/"), names)?;
+        }
+        if names.len() == before {
+            names.push(name);
+        }
+    }
+    Ok(())
 }
 
 /// An empty folder in the parent of `path`, removed on drop.

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::episode::{NOTE_PREFIX, known_columns};
+use crate::episode::NOTE_PREFIX;
 use crate::fault::Fault;
 
 /// Kind of a column, determined by its title.
@@ -12,21 +12,27 @@ pub(super) enum ColumnKind {
     Note,
 }
 
+/// Refuses the title of a numeric column, other than `t`, that the format does not define.
+pub(crate) type CheckTitle<'a> = &'a dyn Fn(&str) -> Result<(), Fault>;
+
 /// Kind of each column in a header.
 ///
 /// # Errors
 /// The first title that is unknown or a duplicate.
-pub(super) fn column_kinds(titles: &[String]) -> Result<Vec<ColumnKind>, (String, Fault)> {
+pub(super) fn column_kinds(
+    titles: &[String],
+    check: CheckTitle<'_>,
+) -> Result<Vec<ColumnKind>, (String, Fault)> {
     let mut seen = HashSet::with_capacity(titles.len());
     let kind = |title: &String| {
         if !seen.insert(title.clone()) {
             Err((title.clone(), Fault::DuplicateColumn))
         } else if title.starts_with(NOTE_PREFIX) {
             Ok(ColumnKind::Note)
-        } else if title == "t" || known_columns().any(|known| known == title) {
+        } else if title == "t" {
             Ok(ColumnKind::Number)
         } else {
-            Err((title.clone(), Fault::unknown_column(title)))
+            check(title).map(|()| ColumnKind::Number).map_err(|fault| (title.clone(), fault))
         }
     };
     titles.iter().map(kind).collect()

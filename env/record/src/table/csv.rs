@@ -5,18 +5,19 @@ use std::path::Path;
 
 use ::csv::{ByteRecord, ReaderBuilder, WriterBuilder};
 
-use super::columns::{ColumnKind, column_kinds};
+use super::columns::{CheckTitle, ColumnKind, column_kinds};
 use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 
 /// Reads the table at `path` as the episode `name`. Ignores spaces around numbers and headers.
-pub(crate) fn read(path: &Path, name: &str) -> Result<Episode, Error> {
+pub(crate) fn read(path: &Path, name: &str, check: CheckTitle<'_>) -> Result<Episode, Error> {
     let here = || Place::path(path);
     let not_read = |error: ::csv::Error| Fault::Io { action: "read", source: error.into() }.at(here());
     let mut reader = ReaderBuilder::new().flexible(true).from_path(path).map_err(not_read)?;
     let titles = titles(reader.byte_headers().map_err(not_read)?).map_err(|fault| fault.at(here()))?;
-    let mut columns = Columns::new(titles).map_err(|(title, fault)| fault.at(here().column(&title)))?;
+    let mut columns =
+        Columns::new(titles, check).map_err(|(title, fault)| fault.at(here().column(&title)))?;
     let (mut record, mut row) = (ByteRecord::new(), 0);
     while reader.read_byte_record(&mut record).map_err(not_read)? {
         row += 1;
@@ -68,12 +69,12 @@ enum Cells {
 }
 
 impl Columns {
-    fn new(titles: Vec<String>) -> Result<Self, (String, Fault)> {
+    fn new(titles: Vec<String>, check: CheckTitle<'_>) -> Result<Self, (String, Fault)> {
         let empty = |kind| match kind {
             ColumnKind::Note => Cells::Texts(Vec::new()),
             ColumnKind::Number => Cells::Numbers(Vec::new()),
         };
-        let cells = column_kinds(&titles)?.into_iter().map(empty).collect();
+        let cells = column_kinds(&titles, check)?.into_iter().map(empty).collect();
         Ok(Self { titles, cells })
     }
 

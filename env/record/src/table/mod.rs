@@ -16,6 +16,7 @@ use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 pub(crate) use budget::Budget;
+pub(crate) use columns::CheckTitle;
 pub use parquet_write::Column;
 
 /// File format of an episode table.
@@ -46,11 +47,17 @@ impl Table {
     }
 
     /// Reads the table at `path` as the episode `name`, and reserves its memory from `budget`.
-    pub(crate) fn read(self, path: &Path, name: &str, budget: &mut Budget) -> Result<Episode, Error> {
+    pub(crate) fn read(
+        self,
+        path: &Path,
+        name: &str,
+        budget: &mut Budget,
+        check: CheckTitle<'_>,
+    ) -> Result<Episode, Error> {
         match self {
             // Each cell has at least one byte on disk, so the memory is at most a few times the file size.
-            Self::Csv => csv::read(path, name),
-            Self::Parquet => parquet_read::read(path, name, budget),
+            Self::Csv => csv::read(path, name, check),
+            Self::Parquet => parquet_read::read(path, name, budget, check),
         }
     }
 

@@ -9,7 +9,7 @@ use parquet::data_type::{ByteArray, DataType};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::budget::Budget;
-use super::columns::{ColumnKind, column_kinds};
+use super::columns::{CheckTitle, ColumnKind, column_kinds};
 use super::parquet_pages;
 use super::parquet_types::{Content, content};
 use crate::episode::Episode;
@@ -23,11 +23,16 @@ const BATCH_SIZE: usize = 8192;
 type Located = (Option<String>, Fault);
 
 /// Reads the table at `path` as the episode `name`; nulls become empty cells.
-pub(super) fn read(path: &Path, name: &str, budget: &mut Budget) -> Result<Episode, Error> {
+pub(super) fn read(
+    path: &Path,
+    name: &str,
+    budget: &mut Budget,
+    check: CheckTitle<'_>,
+) -> Result<Episode, Error> {
     let file =
         File::open(path).map_err(|source| Fault::Io { action: "read", source }.at(Place::path(path)))?;
     // The decoder panics on some damaged files, and no panic may leave this crate.
-    catch_unwind(AssertUnwindSafe(|| decode(file, name, budget)))
+    catch_unwind(AssertUnwindSafe(|| decode(file, name, budget, check)))
         .unwrap_or_else(|_| Err((None, damaged("inconsistent file structure"))))
         .map_err(|(column, fault)| {
             let place = Place::path(path);
@@ -42,14 +47,14 @@ fn damaged(reason: impl ToString) -> Fault {
     Fault::Parquet { message: reason.to_string() }
 }
 
-fn decode(file: File, name: &str, budget: &mut Budget) -> Result<Episode, Located> {
+fn decode(file: File, name: &str, budget: &mut Budget, check: CheckTitle<'_>) -> Result<Episode, Located> {
     let again = file.try_clone().map_err(|error| (None, damaged(error)))?;
     let reader = SerializedFileReader::new(file).map_err(|error| (None, damaged(error)))?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let mut episode = Episode { name: name.to_owned(), ..Episode::default() };
     // The title of a column in a list or structure has several parts, and is therefore unknown.
     let titles: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
-    let kinds = column_kinds(&titles).map_err(|(title, fault)| (Some(title), fault))?;
+    let kinds = column_kinds(&titles, check).map_err(|(title, fault)| (Some(title), fault))?;
     for (index, (title, kind)) in titles.into_iter().zip(kinds).enumerate() {
         let column = Column { reader: &reader, file: &again, index };
         insert(&mut episode, &title, kind, &column, budget).map_err(|fault| (Some(title), fault))?;

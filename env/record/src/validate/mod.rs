@@ -1,5 +1,6 @@
 //! Validation: the conditions that every recording must satisfy. Validation never changes a recording.
 
+pub(crate) mod cells;
 mod metadata;
 mod name;
 mod polygon;
@@ -7,7 +8,8 @@ mod requirements;
 mod split;
 mod table;
 
-pub(crate) use name::check_name;
+pub(crate) use name::{check_name, is_printable};
+pub(crate) use split::{check_names, check_training, known as check_known_episode};
 
 use crate::error::Error;
 use crate::recording::Recording;

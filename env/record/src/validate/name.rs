@@ -5,7 +5,7 @@ use std::path::{Component, Path};
 use crate::fault::Fault;
 
 /// Whether `c` is printable: not a control character, not invisible, and not a change of the text direction.
-pub(super) fn is_printable(c: char) -> bool {
+pub(crate) fn is_printable(c: char) -> bool {
     !c.is_control()
         && !matches!(c, '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FEFF}')
 }

@@ -4,39 +4,44 @@ use super::name::check_name;
 use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
-use crate::metadata::Precontact;
+use crate::metadata::{Precontact, Split};
 use crate::recording::Recording;
 
 pub(super) fn check(recording: &Recording) -> Result<(), Error> {
     let episodes = &recording.episodes;
+    check_names(episodes)?;
+    if let Some(Precontact::ByEpisode(table)) = &recording.metadata.wrench.precontact {
+        table.keys().try_for_each(|name| known(episodes, name, "wrench.precontact"))?;
+    }
+    check_training(episodes, &recording.metadata.split)
+}
+
+/// Checks that all names of episodes are valid file names and different.
+pub(crate) fn check_names(episodes: &[Episode]) -> Result<(), Error> {
     for (i, episode) in episodes.iter().enumerate() {
         check_name(&episode.name).map_err(|fault| fault.at(Place::episode(&episode.name)))?;
         if episodes[..i].iter().any(|earlier| earlier.name == episode.name) {
             return Err(Fault::EpisodeTwice.at(Place::episode(&episode.name)));
         }
     }
-    for name in &recording.metadata.split.held_out {
-        known(recording, name, "split.held_out")?;
-    }
-    if let Some(Precontact::ByEpisode(table)) = &recording.metadata.wrench.precontact {
-        table.keys().try_for_each(|name| known(recording, name, "wrench.precontact"))?;
-    }
-    check_training(recording)
+    Ok(())
 }
 
-fn known(recording: &Recording, name: &str, key: &str) -> Result<(), Error> {
-    let mut names = recording.episodes.iter().map(|episode| episode.name.as_str());
-    if names.any(|known| known == name) {
+/// Checks that the episode `name`, to which `key` refers, exists.
+pub(crate) fn known(episodes: &[Episode], name: &str, key: &str) -> Result<(), Error> {
+    if episodes.iter().any(|episode| episode.name == name) {
         return Ok(());
     }
-    let known: Vec<&str> = recording.episodes.iter().map(|episode| episode.name.as_str()).collect();
+    let known: Vec<&str> = episodes.iter().map(|episode| episode.name.as_str()).collect();
     Err(Fault::NoSuchEpisode { name: name.to_owned(), known: known.join(", ") }.at(Place::field(key)))
 }
 
-fn check_training(recording: &Recording) -> Result<(), Error> {
-    let (problem, remedy, key) = if recording.episodes.is_empty() {
+/// Checks that the held-out episodes exist, and that there is a training episode.
+pub(crate) fn check_training(episodes: &[Episode], split: &Split) -> Result<(), Error> {
+    split.held_out.iter().try_for_each(|name| known(episodes, name, "split.held_out"))?;
+    let (problem, remedy, key) = if episodes.is_empty() {
         ("the recording has no episodes", "add a table NAME.csv or NAME.parquet", "")
-    } else if recording.episodes.iter().all(|episode| recording.metadata.is_held_out(&episode.name)) {
+    } else if episodes.iter().all(|episode| split.held_out.contains(&episode.name)) {
         ("every episode is held out", "remove at least one name from split.held_out", "split.held_out")
     } else {
         return Ok(());

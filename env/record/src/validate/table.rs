@@ -1,6 +1,7 @@
 //! Validation of the table of one episode: columns, times, samples.
 
-use crate::episode::{Episode, GRIPPER_LEVEL, GRIPPER_TILTING, NOTE_PREFIX, OBJECT, WRENCH, known_columns};
+use super::cells;
+use crate::episode::{Episode, GRIPPER_LEVEL, GRIPPER_TILTING, OBJECT, WRENCH, check_title};
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 use crate::metadata::Metadata;
@@ -10,13 +11,12 @@ const QUATERNION_TOLERANCE: f64 = 1e-3;
 
 pub(super) fn check(episode: &Episode, metadata: &Metadata) -> Result<(), Error> {
     let table = Checked { episode, metadata };
-    table.columns()?;
-    table.times()?;
-    table.finite()?;
+    cells::check_columns(episode, &check_title)?;
+    cells::check_numbers(episode)?;
     for stream in table.streams()? {
         table.samples(&stream)?;
     }
-    table.rows()?;
+    cells::check_rows(episode)?;
     table.attitudes()
 }
 
@@ -38,56 +38,6 @@ impl Checked<'_> {
 
     fn has(&self, column: &str) -> bool {
         self.episode.columns.contains_key(column)
-    }
-
-    fn columns(&self) -> Result<(), Error> {
-        let Episode { t, columns, notes, .. } = self.episode;
-        let unknown = columns.keys().find(|name| !known_columns().any(|known| known == *name));
-        let unknown = unknown.or_else(|| notes.keys().find(|name| !name.starts_with(NOTE_PREFIX)));
-        if let Some(name) = unknown {
-            return Err(Fault::unknown_column(name).at(self.place().column(name)));
-        }
-        let numbers = columns.iter().map(|(name, cells)| (name, cells.len()));
-        let texts = notes.iter().map(|(name, cells)| (name, cells.len()));
-        match (t.len(), numbers.chain(texts).find(|(_, found)| *found != t.len())) {
-            (0, None) => Err(Fault::NoRows.at(self.place())),
-            (0, Some(_)) => {
-                let reason = "every row needs a time in seconds".to_owned();
-                Err(Fault::MissingColumn { reason }.at(self.place().column("t")))
-            }
-            (expected, Some((name, found))) => {
-                Err(Fault::Length { found, expected }.at(self.place().column(name)))
-            }
-            (_, None) => Ok(()),
-        }
-    }
-
-    fn times(&self) -> Result<(), Error> {
-        let t = &self.episode.t;
-        for (row, &value) in t.iter().enumerate() {
-            let previous = if row == 0 { f64::NEG_INFINITY } else { t[row - 1] };
-            let fault = if value.is_nan() {
-                Fault::NoTime
-            } else if value.is_infinite() {
-                Fault::Infinite { value }
-            } else if value <= previous {
-                Fault::NotIncreasing { value, previous }
-            } else {
-                continue;
-            };
-            return Err(fault.at(self.place().row(row + 1).column("t")));
-        }
-        Ok(())
-    }
-
-    fn finite(&self) -> Result<(), Error> {
-        for (name, cells) in &self.episode.columns {
-            if let Some(row) = cells.iter().position(|cell| cell.is_infinite()) {
-                let fault = Fault::Infinite { value: cells[row] };
-                return Err(fault.at(self.place().row(row + 1).column(name)));
-            }
-        }
-        Ok(())
     }
 
     /// The streams of the table with their columns.
@@ -136,15 +86,6 @@ impl Checked<'_> {
             return Err(fault.at(self.place().row(row + 1).column(stream.columns[empty])));
         }
         Ok(())
-    }
-
-    /// Checks that each row has a sample.
-    fn rows(&self) -> Result<(), Error> {
-        let empty = |row: &usize| self.episode.columns.values().all(|column| column[*row].is_nan());
-        match (0..self.episode.t.len()).find(empty) {
-            Some(row) => Err(Fault::EmptyRow { t: self.episode.t[row] }.at(self.place().row(row + 1))),
-            None => Ok(()),
-        }
     }
 
     fn attitudes(&self) -> Result<(), Error> {
