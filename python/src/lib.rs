@@ -16,6 +16,7 @@ mod infer;
 mod inputs;
 mod inspect;
 mod laws;
+mod mechanism;
 mod model;
 mod online;
 mod paper;
@@ -34,6 +35,7 @@ mod watch;
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     error::register(module)?;
+    mechanism::register(module)?;
     model::register(module)?;
     record::register(module)?;
     push::register(module)?;

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, current_thread_index};
 use trundle_estimate::EstimateError;
 use trundle_infer::{InferError, Progress, Stage, Watch};
+use trundle_mechanism::MechanismError;
 use trundle_paper::PaperError;
 use trundle_posterior::PosteriorError;
 use trundle_sim::thread_pool;
@@ -119,6 +120,12 @@ pub(crate) trait Interruptible: std::fmt::Display + Send {
 }
 
 impl Interruptible for EstimateError {
+    fn is_interrupt(&self) -> bool {
+        self.is_interrupt()
+    }
+}
+
+impl Interruptible for MechanismError {
     fn is_interrupt(&self) -> bool {
         self.is_interrupt()
     }

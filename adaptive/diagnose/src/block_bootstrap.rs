@@ -24,7 +24,7 @@ const RESAMPLES: usize = 2000;
 
 /// A model's prediction of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PredictedSample {
+pub struct PredictedSample {
     /// −log density, nats.
     pub cost: f64,
     /// Whitened residual.
@@ -32,12 +32,12 @@ pub(crate) struct PredictedSample {
 }
 
 /// Predicted samples of some episodes, in order.
-pub(crate) type PredictedSamples = Vec<Vec<PredictedSample>>;
+pub type PredictedSamples = Vec<Vec<PredictedSample>>;
 
 /// Probability that `fuller` predicts better than `simpler` on average, from the same samples under both
 /// models. `time` is the correlation time of the residuals, in samples. The probability is one half if there
 /// are too few blocks.
-pub(crate) fn probability_of_gain(
+pub fn probability_of_gain(
     time: f64,
     fuller: &[Vec<PredictedSample>],
     simpler: &[Vec<PredictedSample>],
@@ -76,7 +76,7 @@ fn bootstrap_probability(gains: &[f64]) -> f64 {
 
 /// Integrated autocorrelation time of the residuals, in samples: one plus twice the sum of the
 /// autocorrelations up to the first that is not positive. Directions and episodes are pooled.
-pub(crate) fn correlation_time(samples: &[Vec<PredictedSample>]) -> f64 {
+pub fn correlation_time(samples: &[Vec<PredictedSample>]) -> f64 {
     let longest = samples.iter().map(Vec::len).max().unwrap_or(0);
     let product = |lag: usize| -> f64 {
         let pairs = samples.iter().flat_map(|episode| episode.iter().zip(episode.iter().skip(lag)));

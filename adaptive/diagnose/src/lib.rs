@@ -46,11 +46,16 @@ mod units;
 mod verdict;
 mod warnings;
 
-pub use answer::Answer;
+pub use answer::{Answer, Quantity, Verdict};
+pub use block_bootstrap::{PredictedSample, PredictedSamples, correlation_time, probability_of_gain};
 pub use fit_check::{FitCheck, check_fit};
 pub use nominal::for_recording;
-pub use platt::platt;
+pub use platt::{calibrated, platt};
 pub use predictions::{Predictions, predict, prediction_scores};
 pub use run::{Options, Outcome, diagnose, diagnose_recording};
 pub use series::Series;
 pub use stages::STAGES;
+pub use thresholds::{
+    MAX_RESIDUAL_GAIN_SHARE, MAX_TIE_DIFFERENCE_NATS, MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO,
+    NEGLIGIBLE_SHARE, max_given_cost,
+};

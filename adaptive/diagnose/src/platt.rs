@@ -19,7 +19,8 @@ pub fn platt() -> [f64; 3] {
 }
 
 /// Calibrated probability of a name.
-pub(crate) fn calibrated(odds: f64) -> f64 {
+#[must_use]
+pub fn calibrated(odds: f64) -> f64 {
     let logit = (odds / (1.0 - odds).max(f64::MIN_POSITIVE)).ln().clamp(-MAX_LOGIT, MAX_LOGIT);
     1.0 / (1.0 + (-(OFFSET + SLOPE * logit)).exp())
 }

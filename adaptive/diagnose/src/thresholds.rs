@@ -12,19 +12,19 @@ pub(crate) const MIN_SIGNIFICANT_GAIN_NATS: f64 = 10.0;
 /// fit is compared with the noise, where it gains half of this share per sample, nats. Errors are compared
 /// with the motion. The residual of named effects is compared with what was missing: the right law leaves
 /// thousandths, and a law that leaves more than a hundredth only resembles the missing one.
-pub(crate) const NEGLIGIBLE_SHARE: f64 = 0.01;
+pub const NEGLIGIBLE_SHARE: f64 = 0.01;
 
 /// Difference of log likelihood below which two explanations fit equally well, nats: two standard deviations
 /// of one parameter.
-pub(crate) const MAX_TIE_DIFFERENCE_NATS: f64 = 2.0;
+pub const MAX_TIE_DIFFERENCE_NATS: f64 = 2.0;
 
 /// Least bootstrap probability for an effect to be named, and least probability of a discriminating
 /// experiment's outcome.
-pub(crate) const MIN_EFFECT_PROBABILITY: f64 = 0.95;
+pub const MIN_EFFECT_PROBABILITY: f64 = 0.95;
 
 /// Least ratio by which the squared errors of left-out training episodes rise without a material effect: an
 /// eighth in size. Chosen on the tuning range of the wide benchmark.
-pub(crate) const MIN_MATERIAL_ERROR_RATIO: f64 = 1.25;
+pub const MIN_MATERIAL_ERROR_RATIO: f64 = 1.25;
 
 /// Ratio of the prediction error to its stated standard deviation above which a model is refuted. For the
 /// right model, the mean square over some dozens of windows is within a third of its expectation. The margin
@@ -42,7 +42,7 @@ pub(crate) const MAX_ERROR_SHARE: f64 = 0.1;
 pub(crate) const MIN_MATERIAL_VARIANCES: f64 = 2.0;
 
 /// Largest share of the missing gain that named effects may leave: half in size.
-pub(crate) const MAX_RESIDUAL_GAIN_SHARE: f64 = 0.25;
+pub const MAX_RESIDUAL_GAIN_SHARE: f64 = 0.25;
 
 /// Misfit per sample that named effects may always leave, nats.
 pub(crate) const MAX_MISFIT_PER_SAMPLE_NATS: f64 = 2.0;
@@ -54,6 +54,7 @@ pub(crate) fn is_significant(gain: f64, observations: usize) -> bool {
 
 /// Largest log likelihood that given values of `parameters` parameters may cost and still count as right,
 /// nats.
-pub(crate) fn max_given_cost(parameters: usize) -> f64 {
+#[must_use]
+pub fn max_given_cost(parameters: usize) -> f64 {
     MIN_SIGNIFICANT_GAIN_NATS + 0.5 * parameters as f64
 }

@@ -1,0 +1,125 @@
+//! The frequency up to which positions tell acceleration, from the noise of the positions.
+
+use crate::kernel::Kernel;
+use crate::resample::{Grid, interpolated, median_interval};
+
+/// Standard deviation of a Gaussian filter with a cut-off (-3 dB) of 1 Hz, s: √(ln 2)/(2π).
+pub(crate) const SD_OF_ONE_HERTZ: f64 = 0.1325;
+/// Largest share of the accelerations' variance that may be noise.
+const MAX_NOISE_SHARE: f64 = 0.05;
+/// Share of the velocities' variance that the filter keeps of that at the highest useful cut-off frequency. A sine keeps it
+/// up to a quarter of the cut-off frequency.
+const MIN_SIGNAL_SHARE: f64 = 0.95;
+/// Ratio of neighbouring cut-off frequencies.
+const STEP: f64 = 1.25;
+/// Most filtered samples of a joint. More only cost time: a friction law does not need them.
+const MAX_SAMPLES: f64 = 4000.0;
+/// Standard deviations of the filter between samples that are compared. Noise of neighbours is then correlated by 0.1.
+pub(crate) const SPACING_SDS: f64 = 3.0;
+
+/// Positions of one joint in one episode.
+pub(crate) struct Positions<'a> {
+    pub t: &'a [f64],
+    pub q: &'a [f64],
+}
+
+/// Standard deviation of the noise of positions, from their third differences: those of a motion are small, those of
+/// white noise have 20 times its variance. Quantised positions have at least the noise of a step, `step/√12`.
+pub(crate) fn noise(episodes: &[Positions<'_>]) -> f64 {
+    let mut thirds: Vec<f64> = vec![];
+    let mut steps: Vec<f64> = vec![];
+    for Positions { q, .. } in episodes {
+        thirds.extend(q.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)));
+        steps.extend(q.windows(2).map(|w| (w[1] - w[0]).abs()));
+    }
+    if thirds.is_empty() {
+        return 0.0;
+    }
+    let kept = (thirds.len() * 3).div_ceil(4);
+    thirds.sort_by(f64::total_cmp);
+    // The mean of the smallest three quarters of squared normal numbers is 0.37 of the mean of all.
+    let mean =
+        thirds[..kept].iter().sum::<f64>() / kept as f64 / if kept == thirds.len() { 1.0 } else { 0.37 };
+    let repeated = steps.iter().filter(|step| **step == 0.0).count();
+    let smallest = steps.iter().copied().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    // In quantised positions many neighbours are equal, and every step is a multiple of the smallest.
+    let is_quantised = repeated * 10 > steps.len() && smallest.is_finite();
+    let quantisation = if is_quantised { smallest / 12f64.sqrt() } else { 0.0 };
+    (mean / 20.0).sqrt().max(quantisation)
+}
+
+/// The largest cut-off frequency, Hz, at which no more than [`MAX_NOISE_SHARE`] of the accelerations is noise.
+///
+/// `slowest` is the largest median interval of the streams that are compared, s. The filter resolves it.
+pub(crate) fn cutoff(episodes: &[Positions<'_>], noise: f64, slowest: f64) -> f64 {
+    let duration: f64 = episodes.iter().filter_map(|e| Some(e.t.last()? - e.t.first()?)).sum();
+    // Each of the two filter stages has a standard deviation of at least one interval.
+    let highest = SD_OF_ONE_HERTZ / (slowest * 2f64.sqrt());
+    let highest = highest.min(MAX_SAMPLES * SPACING_SDS * SD_OF_ONE_HERTZ / duration.max(f64::MIN_POSITIVE));
+    let shortest =
+        episodes.iter().filter_map(|e| Some(e.t.last()? - e.t.first()?)).fold(f64::INFINITY, f64::min);
+    let lowest = (4.0 * SD_OF_ONE_HERTZ * 8.0 / shortest).min(highest);
+    let mut frequency = highest;
+    let mut power = powers(episodes, noise, frequency, 2);
+    while frequency > lowest * STEP && power[1] > MAX_NOISE_SHARE * power[0] {
+        frequency /= STEP;
+        power = powers(episodes, noise, frequency, 2);
+    }
+    // Frequencies beyond the motion only add noise.
+    let signal = |power: [f64; 2]| (power[0] - power[1]).max(0.0);
+    let wanted = MIN_SIGNAL_SHARE * signal(powers(episodes, noise, frequency, 1));
+    while frequency > lowest * STEP && signal(powers(episodes, noise, frequency / STEP, 1)) >= wanted {
+        frequency /= STEP;
+    }
+    frequency.max(lowest)
+}
+
+/// Mean square of a derivative of the filtered positions, and the part of it that is noise.
+fn powers(episodes: &[Positions<'_>], noise: f64, frequency: f64, order: usize) -> [f64; 2] {
+    let sd = SD_OF_ONE_HERTZ / frequency;
+    let (mut total, mut by_noise, mut count) = (0.0, 0.0, 0.0);
+    for Positions { t, q } in episodes {
+        let Some(native) = median_interval(t) else { continue };
+        let dt = native.max(sd / 8.0);
+        let kernel = Kernel::new(sd, dt);
+        let (Some(first), Some(last)) = (t.first(), t.last()) else { continue };
+        let grid = Grid { start: *first, dt, len: 1 + ((last - first) / dt) as usize };
+        let samples = interpolated(t, q, &grid);
+        let spread = noise * (native / dt).min(1.0).sqrt() * kernel.noise()[order];
+        let spacing = ((sd / dt) as usize).max(1);
+        for at in (kernel.half..grid.len.saturating_sub(kernel.half)).step_by(spacing) {
+            total += kernel.derivatives(&samples, at)[order].powi(2);
+            by_noise += spread * spread;
+            count += 1.0;
+        }
+    }
+    if count == 0.0 { [0.0, 0.0] } else { [total / count, by_noise / count] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples(amplitude_noise: f64) -> (Vec<f64>, Vec<f64>) {
+        let t: Vec<f64> = (0..2000).map(|k| k as f64 * 0.005).collect();
+        let noise = |k: usize| amplitude_noise * 12f64.sqrt() * ((k as f64 * 0.754_877_666).fract() - 0.5);
+        let q = t.iter().enumerate().map(|(k, t)| (3.0 * t).sin() + noise(k * k)).collect();
+        (t, q)
+    }
+
+    #[test]
+    fn the_noise_is_estimated() {
+        let (t, q) = samples(1e-4);
+        let found = noise(&[Positions { t: &t, q: &q }]);
+        assert!((found / 1e-4 - 1.0).abs() < 0.3, "{found}");
+    }
+
+    #[test]
+    fn noise_lowers_the_cutoff() {
+        let of = |sd: f64| {
+            let (t, q) = samples(sd);
+            cutoff(&[Positions { t: &t, q: &q }], sd, 0.005)
+        };
+        assert!(of(1e-5) > 1.5 * of(1e-3), "{} {}", of(1e-5), of(1e-3));
+    }
+}

@@ -1,0 +1,170 @@
+//! Parameters that enter the equations of all joints of a model: masses, loads, gravity, offsets of encoders.
+
+use crate::dynamics::EpisodeDynamics;
+use crate::model::{Effect, Kind, Nominal, Role, Slot};
+use crate::problem::Problem;
+
+/// Effort that a model needs at joint `j` in an episode, for given values.
+pub(crate) fn needed(
+    problem: &Problem,
+    dynamics: &EpisodeDynamics,
+    j: usize,
+    effects: &[Effect],
+    slots: &[Slot],
+    values: &[f64],
+) -> Vec<f64> {
+    let mut sum = dynamics.effort[j].clone();
+    let mut add = |series: &[f64], factor: f64| {
+        sum.iter_mut().zip(series).for_each(|(sum, x)| *sum += factor * x);
+    };
+    for (slot, value) in slots.iter().zip(values) {
+        if let Role::Nominal(Nominal::Mass(body)) = slot.role {
+            add(&dynamics.by_mass[j][body], value - problem.bodies[body].1);
+        }
+    }
+    for effect in with_values(effects, slots, values) {
+        match effect.kind {
+            Kind::Payload(body) => {
+                let weights = payload(&effect.values);
+                dynamics.by_payload[j][body].iter().zip(weights).for_each(|(series, w)| add(series, w));
+            }
+            Kind::BaseTilt => {
+                let change = gravity_change(problem.gravity, &effect.values);
+                dynamics.by_gravity[j].iter().zip(change).for_each(|(series, w)| add(series, w));
+            }
+            Kind::EncoderOffset(other) => {
+                let offset = effect.values[0];
+                let [first, second] = &dynamics.by_offset[j][other];
+                add(first, -offset);
+                add(second, 0.5 * offset * offset);
+            }
+            Kind::Joint(..) => {}
+        }
+    }
+    sum
+}
+
+/// Derivative of [`needed`] by a slot.
+pub(crate) fn slope(
+    problem: &Problem,
+    dynamics: &EpisodeDynamics,
+    j: usize,
+    effects: &[Effect],
+    slot: &Slot,
+    (slots, values): (&[Slot], &[f64]),
+) -> Vec<f64> {
+    let mut sum = vec![0.0; dynamics.effort[j].len()];
+    let mut add = |series: &[f64], factor: f64| {
+        sum.iter_mut().zip(series).for_each(|(sum, x)| *sum += factor * x);
+    };
+    match slot.role {
+        Role::Nominal(Nominal::Mass(body)) => add(&dynamics.by_mass[j][body], 1.0),
+        Role::Nominal(_) => {}
+        Role::Effect(index, param) => {
+            let all = with_values(effects, slots, values);
+            let effect = &all[index];
+            match effect.kind {
+                Kind::Payload(body) => {
+                    let weights = payload_slope(&effect.values, param);
+                    dynamics.by_payload[j][body].iter().zip(weights).for_each(|(series, w)| add(series, w));
+                }
+                Kind::BaseTilt => {
+                    let slope = gravity_slope(problem.gravity, &effect.values, param);
+                    dynamics.by_gravity[j].iter().zip(slope).for_each(|(series, w)| add(series, w));
+                }
+                Kind::EncoderOffset(other) => {
+                    let [first, second] = &dynamics.by_offset[j][other];
+                    add(first, -1.0);
+                    add(second, effect.values[0]);
+                }
+                Kind::Joint(..) => {}
+            }
+        }
+    }
+    sum
+}
+
+/// Effects with the values of their slots.
+pub(crate) fn with_values(effects: &[Effect], slots: &[Slot], values: &[f64]) -> Vec<Effect> {
+    let mut found = effects.to_vec();
+    for (slot, value) in slots.iter().zip(values) {
+        if let Role::Effect(effect, param) = slot.role {
+            found[effect].values[param] = *value;
+        }
+    }
+    found
+}
+
+/// Weights of the ten columns of a point mass.
+fn payload(values: &[f64]) -> [f64; 10] {
+    let [m, x, y, z] = [values[0], values[1], values[2], values[3]];
+    [m, m * x, m * y, m * z, m * x * x, m * y * y, m * z * z, m * x * y, m * x * z, m * y * z]
+}
+
+fn payload_slope(values: &[f64], param: usize) -> [f64; 10] {
+    let [m, x, y, z] = [values[0], values[1], values[2], values[3]];
+    match param {
+        0 => payload(&[1.0, x, y, z]),
+        1 => [0.0, m, 0.0, 0.0, 2.0 * m * x, 0.0, 0.0, m * y, m * z, 0.0],
+        2 => [0.0, 0.0, m, 0.0, 0.0, 2.0 * m * y, 0.0, m * x, 0.0, m * z],
+        _ => [0.0, 0.0, 0.0, m, 0.0, 0.0, 2.0 * m * z, 0.0, m * x, m * y],
+    }
+}
+
+/// Gravity turned about the world's x axis, then about its y axis, less gravity.
+fn gravity_change(gravity: [f64; 3], angles: &[f64]) -> [f64; 3] {
+    let turned = about_y(about_x(gravity, angles[0].sin_cos()), angles[1].sin_cos());
+    [0, 1, 2].map(|k| turned[k] - gravity[k])
+}
+
+fn gravity_slope(gravity: [f64; 3], angles: &[f64], param: usize) -> [f64; 3] {
+    let (x, y) = (angles[0].sin_cos(), angles[1].sin_cos());
+    // The derivative of (sin, cos) is (cos, -sin); the component along the axis does not change.
+    if param == 0 {
+        let [_, gy, gz] = about_x(gravity, (x.1, -x.0));
+        about_y([0.0, gy, gz], y)
+    } else {
+        let [gx, _, gz] = about_y(about_x(gravity, x), (y.1, -y.0));
+        [gx, 0.0, gz]
+    }
+}
+
+fn about_x([x, y, z]: [f64; 3], (sin, cos): (f64, f64)) -> [f64; 3] {
+    [x, cos * y - sin * z, sin * y + cos * z]
+}
+
+fn about_y([x, y, z]: [f64; 3], (sin, cos): (f64, f64)) -> [f64; 3] {
+    [cos * x + sin * z, y, -sin * x + cos * z]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{gravity_change, gravity_slope, payload, payload_slope};
+
+    #[test]
+    fn slopes_agree_with_differences() {
+        let h = 1e-6;
+        for param in 0..4 {
+            let at = |d: f64| {
+                let mut values = [0.7, 0.1, -0.2, 0.3];
+                values[param] += d;
+                payload(&values)
+            };
+            let slope = payload_slope(&[0.7, 0.1, -0.2, 0.3], param);
+            for k in 0..10 {
+                assert!(((at(h)[k] - at(-h)[k]) / (2.0 * h) - slope[k]).abs() < 1e-8);
+            }
+        }
+        for param in 0..2 {
+            let at = |d: f64| {
+                let mut angles = [0.1, -0.2];
+                angles[param] += d;
+                gravity_change([0.3, 0.2, -9.81], &angles)
+            };
+            let slope = gravity_slope([0.3, 0.2, -9.81], &[0.1, -0.2], param);
+            for k in 0..3 {
+                assert!(((at(h)[k] - at(-h)[k]) / (2.0 * h) - slope[k]).abs() < 1e-7);
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! What the nominal mechanism needs along the measured motion: efforts, and their derivatives.
+
+/// Dynamics along one episode. The outer index is the joint, the last index is the time.
+#[derive(Clone, Debug, Default)]
+pub struct EpisodeDynamics {
+    /// Effort that the model needs at its own parameters, without armature and damping of the joints.
+    pub effort: Vec<Vec<f64>>,
+    /// Diagonal of the mass matrix without armature: the joint's own inertia.
+    pub own_inertia: Vec<Vec<f64>>,
+    /// Derivative of the effort by each body's mass, whose inertia scales with it: by joint, then by body.
+    pub by_mass: Vec<Vec<Vec<f64>>>,
+    /// Derivative of the effort by each component of gravity, world axes: by joint, then x, y, z.
+    pub by_gravity: Vec<[Vec<f64>; 3]>,
+    /// Derivative of the effort by a point mass on a body, body axes: by joint, then by body, then by m, m·x, m·y, m·z,
+    /// m·x², m·y², m·z², m·x·y, m·x·z, m·y·z.
+    pub by_payload: Vec<Vec<[Vec<f64>; 10]>>,
+    /// First and second derivative of the effort by the position of another joint: by joint, then by the other joint.
+    pub by_offset: Vec<Vec<[Vec<f64>; 2]>>,
+}
+
+/// A mechanism from a model file: what MuJoCo computed for it.
+#[derive(Clone, Debug, Default)]
+pub struct Dynamics {
+    /// Bodies whose mass may be refitted or loaded.
+    pub bodies: Vec<String>,
+    /// Their masses, kg.
+    pub masses: Vec<f64>,
+    /// Armature of each joint in the model.
+    pub armature: Vec<f64>,
+    /// Damping of each joint in the model.
+    pub damping: Vec<f64>,
+    /// Dry friction of each joint in the model.
+    pub frictionloss: Vec<f64>,
+    /// Gravity, world axes, m/s².
+    pub gravity: [f64; 3],
+    /// Whether each joint is a hinge.
+    pub is_hinge: Vec<bool>,
+    /// One entry for each episode of the recording.
+    pub episodes: Vec<EpisodeDynamics>,
+}

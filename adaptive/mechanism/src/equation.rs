@@ -1,0 +1,284 @@
+//! The equation of one joint along the measured motion: what its drive and the laws exert, less what the mechanism
+//! needs. Its residual is zero for the right model.
+
+use crate::laws::{JointSample, Law};
+use crate::model::{Effect, Kind, Nominal, Role, Slot};
+use crate::problem::{Drive, EpisodeData, JointSetup, Problem, Series};
+use trundle_model::Real;
+
+/// Transmitted effort, as a share of its rms, below which drive and joint lose contact within a play.
+const CONTACT_SHARE: f64 = 0.05;
+
+/// Parameters of one joint's equation, and its laws.
+#[derive(Clone, Debug)]
+pub(crate) struct JointModel<T> {
+    inertia: T,
+    armature: T,
+    damping: T,
+    gravity: [T; 2],
+    gain: Option<T>,
+    drive_damping: Option<T>,
+    back_emf: T,
+    offset: T,
+    laws: Vec<Law<T>>,
+}
+
+impl<T: Real> JointModel<T> {
+    /// The model of joint `j`. `value` gives a slot's value, with derivatives or without.
+    pub fn new(
+        problem: &Problem,
+        j: usize,
+        effects: &[Effect],
+        slots: &[Slot],
+        value: impl Fn(usize) -> T,
+    ) -> Self {
+        let axis = problem.axis;
+        let [armature, damping, _] = problem.of_model[j];
+        let mut model = Self {
+            inertia: T::lift(axis.map_or(0.0, |axis| axis.inertia.unwrap_or(1.0))),
+            armature: T::lift(armature),
+            damping: T::lift(damping),
+            gravity: [T::lift(axis.and_then(|axis| axis.gravity_torque).unwrap_or(0.0)), T::zero()],
+            gain: None,
+            drive_damping: None,
+            back_emf: T::zero(),
+            offset: T::zero(),
+            laws: vec![],
+        };
+        let constant = |x: &f64| T::lift(*x);
+        let mut values: Vec<Vec<T>> =
+            effects.iter().map(|e| e.values.iter().map(constant).collect()).collect();
+        for (index, slot) in slots.iter().enumerate().filter(|(_, slot)| slot.joint == Some(j)) {
+            let found = value(index);
+            match slot.role {
+                Role::Nominal(Nominal::Inertia) => model.inertia = found,
+                Role::Nominal(Nominal::Armature) => model.armature = found,
+                Role::Nominal(Nominal::Damping) => model.damping = found,
+                Role::Nominal(Nominal::GravitySin) => model.gravity[0] = found,
+                Role::Nominal(Nominal::GravityCos) => model.gravity[1] = found,
+                Role::Nominal(Nominal::Gain) => model.gain = Some(found),
+                Role::Nominal(Nominal::DriveDamping) => model.drive_damping = Some(found),
+                Role::Nominal(Nominal::BackEmf) => model.back_emf = found,
+                Role::Nominal(Nominal::Mass(_)) => {}
+                Role::Effect(effect, param) => values[effect][param] = found,
+            }
+        }
+        for (effect, values) in effects.iter().zip(&values) {
+            match effect.kind {
+                Kind::Joint(kind, joint) if joint == j => model.laws.push(Law::of(kind, values)),
+                Kind::EncoderOffset(joint) if joint == j && axis.is_some() => model.offset = values[0],
+                _ => {}
+            }
+        }
+        model
+    }
+
+    /// Commands after delays and lags, at every time of an episode.
+    pub fn commands(&self, series: &Series, dt: f64) -> Vec<T> {
+        let mut command: Vec<T> = series.command.iter().map(|c| T::lift(*c)).collect();
+        if let Some(delay) = self.laws.iter().filter_map(Law::delay).reduce(|a, b| a + b) {
+            command = delayed(&series.command, delay / dt);
+        }
+        for lag in self.laws.iter().filter_map(Law::lag) {
+            command = lagged(&command, lag, dt);
+        }
+        command
+    }
+
+    /// Effort of the drive for a command at position `q` and velocity `v`; `on` is whether it is switched on.
+    pub fn drive_effort(&self, setup: &JointSetup, series: &Series, command: T, [q, v, on]: [f64; 3]) -> T {
+        let gain = series.gain.map(T::lift).or(self.gain).unwrap_or_else(|| T::lift(1.0));
+        let largest = setup.largest_command * gain.re().abs();
+        let mut effort = match setup.drive {
+            Drive::None => return T::zero(),
+            Drive::Effort(_) => self.laws.iter().fold(command * gain, |effort, law| law.correct(effort)),
+            Drive::Target => {
+                let damping =
+                    series.drive_damping.map(T::lift).or(self.drive_damping).unwrap_or_else(T::zero);
+                gain * (command - q) - damping * v
+            }
+        };
+        effort = self.laws.iter().fold(effort, |effort, law| law.drive(effort, largest));
+        if let Some(limit) = series.limit.filter(|limit| effort.re().abs() > *limit) {
+            effort = T::lift(limit.copysign(effort.re()));
+        }
+        effort * on
+    }
+
+    /// Effort that the links need without armature, damping and friction. `common` is that of the model.
+    fn needed(&self, series: &Series, common: Option<&[f64]>) -> Vec<T> {
+        let axis = |k: usize| {
+            let (sin, cos) = (-self.offset + series.q[k]).sin_cos();
+            self.inertia * series.a[k] + self.gravity[0] * sin + self.gravity[1] * cos
+        };
+        (0..series.q.len()).map(|k| common.map_or_else(|| axis(k), |common| T::lift(common[k]))).collect()
+    }
+
+    /// Residual at every time of an episode, and whether friction held the joint there.
+    pub fn residual(
+        &self,
+        problem: &Problem,
+        j: usize,
+        episode: &EpisodeData,
+        common: Option<&[f64]>,
+    ) -> (Vec<T>, Vec<bool>) {
+        let (setup, series) = (&problem.joints[j], &episode.joints[j]);
+        let is_driven = setup.drive != Drive::None;
+        let drive = is_driven.then(|| {
+            let one = |(k, command): (usize, T)| {
+                let at = [series.raw[k], slope(&series.raw, k, episode.dt), series.on[k]];
+                self.drive_effort(setup, series, command, at)
+            };
+            let raw: Vec<T> = self.commands(series, episode.dt).into_iter().enumerate().map(one).collect();
+            episode.first_stage.filtered(&raw)
+        });
+        let known = episode.first_stage.filtered(&series.known);
+        let needed = self.needed(series, common);
+        let own_inertia = |k: usize| {
+            episode.dynamics.as_ref().map_or_else(|| self.inertia.re(), |dynamics| dynamics.own_inertia[j][k])
+        };
+        let transmitted = |k: usize| match (&drive, setup.encoder_on_drive) {
+            // The measured acceleration would let a compliance filter the noise of the positions.
+            (Some(drive), false) => {
+                drive[k].re() - self.armature.re() * series.a[k] - self.damping.re() * series.v[k]
+            }
+            _ => needed[k].re() - known[k],
+        };
+        let transmitted: Vec<f64> = (0..series.q.len()).map(transmitted).collect();
+        let compliant = self.compliant(setup.encoder_on_drive, &transmitted, &own_inertia, episode.dt);
+        let [_, _, loss] = problem.of_model[j];
+        let mut held = vec![false; series.q.len()];
+        let one = |k: usize| {
+            let (q, v, a) = (series.q[k], series.v[k], series.a[k]);
+            let external = known[k] - (needed[k].re() - own_inertia(k) * a);
+            let load = series.load.as_ref().map(|load| load[k]);
+            let at = JointSample { q, v, a, drive: drive.as_ref().map(|drive| drive[k]), external, load };
+            let mut rest = at.drive.unwrap_or_else(T::zero) + known[k] - needed[k] - self.armature * a;
+            rest -= (self.damping + self.back_emf * series.on[k]) * v;
+            if let Some(compliant) = &compliant {
+                rest += compliant[k];
+            }
+            let mut level = T::lift(loss);
+            for law in &self.laws {
+                rest += law.effort(&at);
+                level += law.dry_friction(&at);
+            }
+            let direction = if v.abs() >= setup.rest_speed { v } else { rest.re() };
+            if v.abs() < setup.rest_speed && rest.re().abs() <= level.re() {
+                held[k] = true;
+                return T::zero();
+            }
+            if direction > 0.0 { rest - level } else { rest + level }
+        };
+        let mut residual: Vec<T> = (0..series.q.len()).map(one).collect();
+        for gain in self.laws.iter().filter_map(Law::reading_gain) {
+            residual.iter_mut().for_each(|value| *value = *value * gain);
+        }
+        (residual, held)
+    }
+
+    /// Effort by which a compliance between drive and joint changes the equation; `None` without one.
+    fn compliant(
+        &self,
+        encoder_on_drive: bool,
+        transmitted: &[f64],
+        own_inertia: &dyn Fn(usize) -> f64,
+        dt: f64,
+    ) -> Option<Vec<T>> {
+        let compliance = self.laws.iter().find_map(Law::compliance)?;
+        let count = transmitted.len().max(1) as f64;
+        let rms = (transmitted.iter().map(|x| x * x).sum::<f64>() / count).sqrt().max(f64::MIN_POSITIVE);
+        let lead = |k: usize| {
+            let effort = transmitted[k];
+            compliance.per_effort * effort - compliance.per_effort_rate * slope(transmitted, k, dt)
+                + compliance.gap * (0.5 * (effort / (CONTACT_SHARE * rms)).tanh())
+        };
+        let lead: Vec<T> = (0..transmitted.len()).map(lead).collect();
+        let one = |k: usize| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(lead.len() - 1));
+            let curvature = (lead[after] - lead[k] * 2.0 + lead[before]) / (dt * dt);
+            if encoder_on_drive {
+                // The joint lags behind the drive, whose motion is measured.
+                return curvature * own_inertia(k);
+            }
+            let slope = (lead[after] - lead[before]) / (2.0 * dt);
+            -(self.armature * curvature) - self.damping * slope
+        };
+        Some((0..transmitted.len()).map(one).collect())
+    }
+}
+
+impl JointModel<f64> {
+    /// Whether its laws can be simulated forward.
+    pub fn can_be_simulated(&self) -> bool {
+        self.laws.iter().all(|law| law.compliance().is_none())
+    }
+
+    /// Torque that gravity exerts on an axis at a position.
+    pub fn gravity_at(&self, q: f64) -> f64 {
+        let (sin, cos) = (q - self.offset).sin_cos();
+        -(self.gravity[0] * sin + self.gravity[1] * cos)
+    }
+
+    /// Effort of the laws, level of dry friction, damping, and inertia that they add, at a state.
+    pub fn terms(&self, at: &JointSample<f64>, on: f64) -> [f64; 4] {
+        let effort = |a: f64| self.laws.iter().map(|law| law.effort(&JointSample { a, ..*at })).sum::<f64>();
+        let dry = self.laws.iter().map(|law| law.dry_friction(at)).sum();
+        let free = effort(0.0);
+        [free, dry, self.damping + self.back_emf * on, self.armature + free - effort(1.0)]
+    }
+
+    /// Position and velocity of an axis after a step of `dt` seconds. Damping and dry friction are implicit.
+    pub fn step(&self, at: &JointSample<f64>, known: f64, on: f64, dt: f64) -> [f64; 2] {
+        let [laws, dry, damping, inertia] = self.terms(at, on);
+        let inertia = (self.inertia + inertia).max(f64::MIN_POSITIVE);
+        let force = at.drive.unwrap_or(0.0) + known + self.gravity_at(at.q) + laws;
+        let free = (at.v + dt * force / inertia) / (1.0 + dt * damping / inertia);
+        let stopping = dt * dry / inertia;
+        let v = if free.abs() <= stopping { 0.0 } else { free - stopping.copysign(free) };
+        [at.q + dt * v, v]
+    }
+}
+
+/// Central difference.
+fn slope(samples: &[f64], k: usize, dt: f64) -> f64 {
+    let (before, after) = (k.saturating_sub(1), (k + 1).min(samples.len() - 1));
+    if after == before { 0.0 } else { (samples[after] - samples[before]) / ((after - before) as f64 * dt) }
+}
+
+/// Samples at earlier times, by linear interpolation; `delay` is in intervals.
+fn delayed<T: Real>(samples: &[f64], delay: T) -> Vec<T> {
+    let last = samples.len().saturating_sub(1);
+    let one = |k: usize| {
+        let at = -delay + k as f64;
+        if at.re() <= 0.0 || at.re() >= last as f64 {
+            return T::lift(samples[if at.re() <= 0.0 { 0 } else { last }]);
+        }
+        let before = at.re().floor() as usize;
+        (at - before as f64) * (samples[before + 1] - samples[before]) + samples[before]
+    };
+    (0..samples.len()).map(one).collect()
+}
+
+/// First-order lag; a negative time constant inverts the lag of a reading. Lags shorter than an interval are
+/// approximated to first order.
+fn lagged<T: Real>(samples: &[T], lag: T, dt: f64) -> Vec<T> {
+    if lag.re() <= dt {
+        let one = |k: usize| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(samples.len() - 1));
+            let span = (after - before).max(1) as f64 * dt;
+            samples[k] - lag * ((samples[after] - samples[before]) / span)
+        };
+        return (0..samples.len()).map(one).collect();
+    }
+    let share = -(-(lag.recip() * dt)).exp() + 1.0;
+    let mut state = samples.first().copied().unwrap_or_else(T::zero);
+    let mut before = state;
+    let one = |sample: &T| {
+        let input = (before + *sample) * 0.5;
+        before = *sample;
+        state += share * (input - state);
+        state
+    };
+    samples.iter().map(one).collect()
+}

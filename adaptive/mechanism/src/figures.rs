@@ -1,0 +1,154 @@
+//! Figures of a model on some episodes: errors of efforts and positions.
+
+use crate::fit::{Fit, Scope, evaluate};
+use crate::motion::range;
+use crate::problem::{Drive, EpisodeData, Problem};
+use crate::simulation::simulate;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Duration of a prediction window, s.
+const WINDOW_S: f64 = 1.0;
+
+/// Figures of one joint; null where a figure makes no sense.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct JointFigures {
+    /// Open loop from the first state, rad or m.
+    pub position_rmse: Option<f64>,
+    /// Windows of 1 s, rad or m.
+    pub window_position_rmse: Option<f64>,
+    /// Effort that the model needs less the recorded one, below the bandwidth.
+    pub effort_rmse: Option<f64>,
+}
+
+/// Figures of all joints.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Figures {
+    /// Cut-off frequency of efforts, Hz.
+    pub effort_bandwidth: f64,
+    /// By joint.
+    pub joints: BTreeMap<String, JointFigures>,
+    /// Root mean square over joints of the open-loop errors, each divided by the joint's range in training.
+    pub relative_position_rmse: Option<f64>,
+    /// The same for windows.
+    pub relative_window_rmse: Option<f64>,
+    /// Root mean square over joints of the efforts' errors, each divided by the effort's range in training.
+    pub relative_effort_rmse: Option<f64>,
+}
+
+/// Sum of squares and number of errors.
+#[derive(Clone, Copy, Default)]
+struct Sum(f64, f64);
+
+impl Sum {
+    fn add(&mut self, errors: impl Iterator<Item = f64>) {
+        for error in errors {
+            self.0 += error * error;
+            self.1 += 1.0;
+        }
+    }
+
+    fn rms(self) -> Option<f64> {
+        (self.1 > 0.0 && self.0.is_finite()).then(|| (self.0 / self.1).sqrt())
+    }
+}
+
+/// Positions of one joint in one episode, as recorded and as simulated from the first compared state.
+#[derive(Clone, Debug)]
+pub struct OpenLoop {
+    /// Times, s.
+    pub t: Vec<f64>,
+    /// Recorded positions, interpolated.
+    pub observed: Vec<f64>,
+    /// Simulated positions; NaN after a divergence.
+    pub simulated: Vec<f64>,
+}
+
+/// Open-loop simulation of an axis in an episode; `None` if it makes no sense.
+pub(crate) fn open_loop(problem: &Problem, fit: &Fit, episode: &EpisodeData) -> Option<OpenLoop> {
+    if problem.axis.is_none() || problem.imposed {
+        return None;
+    }
+    let series = &episode.joints[0];
+    let first = episode.first_stage.half.min(series.q.len() - 1);
+    let simulated =
+        simulate(problem, fit, episode, (first, series.q.len()), [series.q[first], series.v[first]])?;
+    Some(OpenLoop {
+        t: (first..series.q.len()).map(|k| episode.start + k as f64 * episode.dt).collect(),
+        observed: series.raw[first..].to_vec(),
+        simulated,
+    })
+}
+
+/// Figures on the training or the held-out episodes. `None` if there is no such episode.
+pub(crate) fn figures(problem: &Problem, fit: &Fit, held_out: bool) -> Option<Figures> {
+    let episodes: Vec<&EpisodeData> = problem.episodes.iter().filter(|e| e.held_out == held_out).collect();
+    if episodes.is_empty() {
+        return None;
+    }
+    let scope = if held_out { Scope::HeldOut } else { Scope::Training };
+    let rows = evaluate(problem, &fit.effects, &fit.slots, &fit.values, scope, false);
+    let mut found = Figures { effort_bandwidth: problem.bandwidth, ..Figures::default() };
+    let mut relative = [Sum::default(), Sum::default(), Sum::default()];
+    for (j, joint) in problem.joints.iter().enumerate() {
+        let mut effort = Sum::default();
+        rows.iter().filter(|own| own.joint == j).for_each(|own| effort.add(own.residual.iter().copied()));
+        let (mut whole, mut windows) = (Sum::default(), Sum::default());
+        for episode in &episodes {
+            if let Some(path) = open_loop(problem, fit, episode) {
+                whole.add(path.simulated.iter().zip(&path.observed).map(|(a, b)| a - b));
+                windows.add(window_errors(problem, fit, episode).into_iter());
+            }
+        }
+        let figures = JointFigures {
+            position_rmse: whole.rms(),
+            window_position_rmse: windows.rms(),
+            effort_rmse: effort.rms().filter(|_| joint.drive != Drive::None || problem.axis.is_some()),
+        };
+        let effort_range = effort_range(problem, j);
+        let ranges = [joint.scales.span(), joint.scales.span(), effort_range];
+        let values = [figures.position_rmse, figures.window_position_rmse, figures.effort_rmse];
+        for ((sum, value), range) in relative.iter_mut().zip(values).zip(ranges) {
+            sum.add(value.filter(|_| range > 0.0).map(|value| value / range).into_iter());
+        }
+        found.joints.insert(joint.name.clone(), figures);
+    }
+    [found.relative_position_rmse, found.relative_window_rmse, found.relative_effort_rmse] =
+        relative.map(Sum::rms);
+    Some(found)
+}
+
+/// Largest minus smallest recorded effort of a joint in the training episodes; zero without a recorded effort.
+fn effort_range(problem: &Problem, j: usize) -> f64 {
+    if !matches!(problem.joints[j].drive, Drive::Effort(_)) {
+        return 0.0;
+    }
+    range(problem.episodes.iter().filter(|e| !e.held_out).flat_map(|e| &e.joints[j].command))
+}
+
+/// Position and velocity at sample `k`, from a parabola through the samples up to it.
+fn causal_state(episode: &EpisodeData, k: usize) -> Option<[f64; 2]> {
+    let raw = &episode.joints[0].raw[k.saturating_sub(episode.first_stage.half)..=k];
+    let count = raw.len();
+    let time = |i: usize| (i as f64 + 1.0 - count as f64) * episode.dt;
+    let matrix = nalgebra::DMatrix::from_fn(count, 3, |i, power| time(i).powi(power as i32));
+    let found = matrix.svd(true, true).solve(&nalgebra::DVector::from_column_slice(raw), 1e-12).ok()?;
+    Some([found[0], found[1]])
+}
+
+/// Errors within windows, each from a state that earlier samples tell.
+fn window_errors(problem: &Problem, fit: &Fit, episode: &EpisodeData) -> Vec<f64> {
+    let series = &episode.joints[0];
+    let count = series.q.len();
+    let duration = count as f64 * episode.dt;
+    let size = ((WINDOW_S.min(duration / 10.0) / episode.dt) as usize).max(2);
+    let mut errors = vec![];
+    let mut from = episode.first_stage.half;
+    while from + size < count {
+        let Some(state) = causal_state(episode, from) else { break };
+        let simulated = simulate(problem, fit, episode, (from, from + size), state).unwrap_or_default();
+        errors.extend(simulated.iter().zip(&series.raw[from..]).map(|(a, b)| a - b));
+        from += size;
+    }
+    errors
+}

@@ -1,0 +1,153 @@
+//! Lack of fit: the part of a residual that a flexible regression on the joint's state predicts in left-out parts.
+//!
+//! Noise cannot be predicted. What a regression on position, velocity, acceleration and effort predicts is physics that
+//! the model misses. The regression uses random Fourier features (Rahimi and Recht 2007) and a ridge penalty.
+
+use crate::problem::{Drive, Problem};
+use crate::search::Tried;
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use trundle_diagnose::{
+    MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO, NEGLIGIBLE_SHARE, PredictedSample, PredictedSamples,
+    correlation_time, probability_of_gain,
+};
+
+/// Random features of the regression.
+const FEATURES: usize = 60;
+/// Ridge penalty, as a share of the number of samples.
+const RIDGE: f64 = 0.01;
+/// Autocorrelation of neighbouring samples above which a residual is no white noise. Filtered noise has 0.1.
+const MAX_AUTOCORRELATION: f64 = 0.5;
+
+/// Lack of fit of one joint.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LackOfFit {
+    /// Mean square of the residual that the regression predicts, or that is correlated in time, squared effort.
+    pub mean_square: f64,
+    /// Whether it is more than chance and more than a negligible share of the effort.
+    pub is_material: bool,
+}
+
+/// Lack of fit of a joint under a model.
+pub(crate) fn lack_of_fit(problem: &Problem, model: &Tried, joint: usize) -> LackOfFit {
+    let residuals = &model.left_out.residuals[joint];
+    let rows = crate::fit::evaluate(
+        problem,
+        &model.fit.effects,
+        &model.fit.slots,
+        &model.fit.values,
+        crate::fit::Scope::Training,
+        false,
+    );
+    let Some(own) =
+        rows.iter().find(|rows| rows.joint == joint).filter(|own| own.places.len() > 2 * FEATURES)
+    else {
+        return LackOfFit::default();
+    };
+    let sd = model.fit.sd[joint];
+    let limit = 4.0 * sd;
+    let inputs: Vec<Vec<f64>> =
+        own.places.iter().map(|p| input(problem, joint, p.episode, p.sample)).collect();
+    let features = features(&inputs);
+    let folds: Vec<usize> = own.places.iter().map(|place| place.fold).collect();
+    // Rows are in the order of the folds within each episode, as are the left-out residuals.
+    let flat: Vec<f64> = residuals.iter().flatten().map(|r| r.clamp(-limit, limit)).collect();
+    let predicted = left_out_predictions(&features, &flat, &folds);
+    let cost = |r: f64, sd: f64| PredictedSample {
+        cost: sd.ln() + 0.5 * (r / sd).powi(2),
+        residual: [r / sd, 0.0, 0.0],
+    };
+    let mean_square = |values: &dyn Fn(usize) -> f64| {
+        (0..flat.len()).map(|k| values(k).powi(2)).sum::<f64>() / flat.len().max(1) as f64
+    };
+    let before = mean_square(&|k| flat[k]);
+    let after = mean_square(&|k| flat[k] - predicted[k]);
+    let count = folds.iter().max().map_or(0, |most| most + 1);
+    let by_fold = |value: &dyn Fn(usize) -> f64, sd: f64| -> PredictedSamples {
+        let of =
+            |fold: usize| (0..flat.len()).filter(|k| folds[*k] == fold).map(|k| cost(value(k), sd)).collect();
+        (0..count).map(of).collect()
+    };
+    let without = by_fold(&|k| flat[k], before.sqrt().max(f64::MIN_POSITIVE));
+    let with = by_fold(&|k| flat[k] - predicted[k], after.sqrt().max(f64::MIN_POSITIVE));
+    let time = correlation_time(&with).max(1.0);
+    let is_predicted = probability_of_gain(time, &with, &without) >= MIN_EFFECT_PROBABILITY
+        && before >= MIN_MATERIAL_ERROR_RATIO * after;
+    let correlation = autocorrelation(residuals);
+    let correlated = if correlation > MAX_AUTOCORRELATION { before * correlation } else { 0.0 };
+    let found = if is_predicted { (before - after).max(correlated) } else { correlated };
+    let scale = problem.joints[joint].scales.effort;
+    LackOfFit { mean_square: found, is_material: found > NEGLIGIBLE_SHARE * scale * scale }
+}
+
+/// State of a joint in units of its scales.
+fn input(problem: &Problem, joint: usize, episode: usize, k: usize) -> Vec<f64> {
+    let (setup, series) = (&problem.joints[joint], &problem.episodes[episode].joints[joint]);
+    let scales = &setup.scales;
+    let middle = f64::midpoint(scales.range[0], scales.range[1]);
+    let drive = match setup.drive {
+        Drive::None => 0.0,
+        Drive::Effort(_) => series.command[k],
+        Drive::Target => series.command[k] - series.raw[k],
+    };
+    let size = setup.largest_command / 2.0;
+    vec![
+        4.0 * (series.q[k] - middle) / scales.span(),
+        series.v[k] / scales.velocity,
+        (4.0 * series.v[k] / scales.velocity).tanh(),
+        series.a[k] / scales.acceleration.max(f64::MIN_POSITIVE),
+        drive / size.max(f64::MIN_POSITIVE),
+    ]
+}
+
+fn features(inputs: &[Vec<f64>]) -> DMatrix<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let width = inputs.first().map_or(0, Vec::len);
+    let normal = |rng: &mut ChaCha8Rng| (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+    let directions: Vec<(Vec<f64>, f64)> = (0..FEATURES)
+        .map(|_| {
+            let direction = (0..width).map(|_| normal(&mut rng)).collect();
+            (direction, rng.random_range(0.0..std::f64::consts::TAU))
+        })
+        .collect();
+    DMatrix::from_fn(inputs.len(), FEATURES + width, |row, column| {
+        if let Some((direction, phase)) = directions.get(column) {
+            (direction.iter().zip(&inputs[row]).map(|(a, b)| a * b).sum::<f64>() + phase).cos()
+        } else {
+            inputs[row][column - FEATURES]
+        }
+    })
+}
+
+fn left_out_predictions(features: &DMatrix<f64>, values: &[f64], folds: &[usize]) -> Vec<f64> {
+    let mut predicted = vec![0.0; values.len()];
+    let targets = DVector::from_column_slice(values);
+    let count = folds.iter().max().map_or(0, |most| most + 1);
+    for fold in 0..count {
+        let mut training = features.clone();
+        let mut wanted = targets.clone();
+        for row in (0..values.len()).filter(|row| folds[*row] == fold) {
+            training.row_mut(row).fill(0.0);
+            wanted[row] = 0.0;
+        }
+        let mut matrix = training.tr_mul(&training);
+        for k in 0..matrix.ncols() {
+            matrix[(k, k)] += RIDGE * values.len() as f64;
+        }
+        let Some(weights) = matrix.cholesky().map(|c| c.solve(&training.tr_mul(&wanted))) else { continue };
+        for row in (0..values.len()).filter(|row| folds[*row] == fold) {
+            predicted[row] = features.row(row).transpose().dot(&weights);
+        }
+    }
+    predicted
+}
+
+/// Correlation of neighbouring samples.
+fn autocorrelation(folds: &[Vec<f64>]) -> f64 {
+    let product = |lag: usize| -> f64 {
+        folds.iter().flat_map(|fold| fold.iter().zip(fold.iter().skip(lag))).map(|(a, b)| a * b).sum()
+    };
+    let variance = product(0);
+    if variance > 0.0 { product(1) / variance } else { 0.0 }
+}

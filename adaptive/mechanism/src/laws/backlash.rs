@@ -1,0 +1,37 @@
+//! Play between drive and joint.
+
+use super::{Applies, Compliance, JointLaw, JointScales, Scale, Spec, positive, take};
+use crate::units::Unit;
+use trundle_model::Real;
+
+pub(super) const SPEC: Spec = Spec {
+    effect: "joint_backlash",
+    summary: "play between drive and joint",
+    source: "Nordin and Gutman, Automatica 2002",
+    applies: Applies::Driven,
+    params: &[positive("gap", Unit::Position, Scale::Position)],
+    sentence: "Drive and joint {joint} have a play of {gap} in all",
+    experiment: "reverse the joint under small loads, with an encoder on each side of the gear",
+    starts,
+};
+
+fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
+    vec![vec![0.01 * scales.span()]]
+}
+
+/// The law with values.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Law<T> {
+    gap: T,
+}
+
+impl<T: Real> JointLaw<T> for Law<T> {
+    fn new(values: &[T]) -> Self {
+        let [gap] = take(values);
+        Self { gap }
+    }
+
+    fn compliance(&self) -> Option<Compliance<T>> {
+        Some(Compliance { per_effort: T::zero(), per_effort_rate: T::zero(), gap: self.gap })
+    }
+}

@@ -1,0 +1,52 @@
+//! Contact beyond a position.
+
+use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, signed, take};
+use crate::units::Unit;
+use trundle_model::Real;
+
+pub(super) const SPEC: Spec = Spec {
+    effect: "joint_stop",
+    summary: "contact beyond a position",
+    source: "Kelvin-Voigt contact; Gilardi and Sharf, Mech. Mach. Theory 2002",
+    applies: Applies::Always,
+    params: &[
+        signed("position", Unit::Position, Scale::Position),
+        positive("stiffness", Unit::Stiffness, Scale::Stiffness),
+        ParamSpec { is_choice: true, ..signed("side", Unit::One, Scale::One) },
+    ],
+    sentence: "Joint {joint} meets a stop at {position} of stiffness {stiffness}",
+    experiment: "move the joint slowly against the supposed stop",
+    starts,
+};
+
+fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
+    let [low, high] = scales.range;
+    let stiffness = 10.0 * scales.effort / scales.span();
+    let at = |share: f64| low + share * (high - low);
+    vec![
+        vec![at(0.9), stiffness, 1.0],
+        vec![at(0.75), stiffness, 1.0],
+        vec![at(0.1), stiffness, -1.0],
+        vec![at(0.25), stiffness, -1.0],
+    ]
+}
+
+/// The law with values.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Law<T> {
+    position: T,
+    stiffness: T,
+    side: f64,
+}
+
+impl<T: Real> JointLaw<T> for Law<T> {
+    fn new(values: &[T]) -> Self {
+        let [position, stiffness, side] = take(values);
+        Self { position, stiffness, side: side.re() }
+    }
+
+    fn effort(&self, at: &JointSample<T>) -> T {
+        let depth = (-self.position + at.q) * self.side;
+        if depth.re() > 0.0 { -(self.stiffness * depth * self.side) } else { T::zero() }
+    }
+}

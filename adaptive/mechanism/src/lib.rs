@@ -1,0 +1,46 @@
+//! Diagnosis of recorded joints: which physics a simulation of a mechanism misses.
+//!
+//! Efforts are compared along the smoothed measured motion (inverse dynamics). The equation of each joint is nearly
+//! linear in its parameters, so that fits take milliseconds, and every effect is tested on left-out parts.
+
+mod answer;
+mod bandwidth;
+mod common;
+mod cross_validation;
+mod dynamics;
+mod equation;
+mod error;
+mod figures;
+mod fit;
+mod intervals;
+mod kernel;
+mod lack_of_fit;
+mod laws;
+mod location;
+mod model;
+mod motion;
+mod outcome;
+mod periodogram;
+mod problem;
+mod resample;
+mod run;
+mod search;
+mod simulation;
+mod statement;
+mod units;
+mod warnings;
+
+pub use answer::{
+    JointAlternative, JointAnswer, JointBeforeAfter, JointEffect, JointFit, JointMismatch, JointNominal,
+    JointParameter, JointResidual, JointWindow,
+};
+pub use dynamics::{Dynamics, EpisodeDynamics};
+pub use error::MechanismError;
+pub use figures::{Figures, JointFigures, OpenLoop};
+pub use laws::{JointKind, JointSample, JointScales, ParamSpec, Scale, Spec};
+pub use model::{Effect, Kind};
+pub use motion::{EpisodeMotion, Motion, motion};
+pub use outcome::{FittedMechanism, JointOutcome};
+pub use problem::{AxisSetup, Drive, JointSetup, Problem};
+pub use run::diagnose_joints;
+pub use units::{EffortUnit, Unit};

@@ -1,0 +1,142 @@
+//! Where a model's residual is large: joints, times, and kinds of motion.
+
+use crate::answer::JointWindow;
+use crate::problem::Problem;
+use crate::search::Tried;
+use std::collections::BTreeMap;
+
+/// Parts of an episode that are compared.
+const WINDOWS_PER_EPISODE: usize = 20;
+/// Root mean square, in standard deviations of the whole residual, above which a part is reported.
+const MIN_WINDOW_STRENGTH: f64 = 2.0;
+/// Most parts that are reported.
+const MAX_WINDOWS: usize = 10;
+/// Ratio of the residual in one half of the samples to the other half at which a dependence is reported.
+const MIN_CONTRAST: f64 = 1.5;
+
+/// Residuals of one joint with the motion.
+struct Sample {
+    episode: usize,
+    t: f64,
+    residual: f64,
+    speed: f64,
+    acceleration: f64,
+    side: f64,
+}
+
+fn samples(problem: &Problem, model: &Tried, joint: usize) -> Vec<Sample> {
+    let fit = &model.fit;
+    let rows = crate::fit::evaluate(
+        problem,
+        &fit.effects,
+        &fit.slots,
+        &fit.values,
+        crate::fit::Scope::Training,
+        false,
+    );
+    let Some(own) = rows.iter().find(|own| own.joint == joint) else { return vec![] };
+    let one = |(row, place): (usize, &crate::fit::Place)| {
+        let episode = &problem.episodes[place.episode];
+        let series = &episode.joints[joint];
+        Sample {
+            episode: place.episode,
+            t: episode.start + place.sample as f64 * episode.dt,
+            residual: own.residual[row],
+            speed: series.v[place.sample].abs(),
+            acceleration: series.a[place.sample].abs(),
+            side: series.v[place.sample],
+        }
+    };
+    own.places.iter().enumerate().map(one).collect()
+}
+
+fn rms<'a>(samples: impl Iterator<Item = &'a Sample>) -> f64 {
+    let (sum, count) = samples.fold((0.0, 0.0), |(s, n), x| (s + x.residual * x.residual, n + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+/// Share of each joint in the misfit: the squared residual relative to the squared effort.
+pub(crate) fn shares(problem: &Problem, before: &Tried, after: &Tried) -> BTreeMap<String, f64> {
+    let part = |j: usize| {
+        let square = |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]);
+        let gain = (square(before) - square(after)).max(0.0);
+        gain / problem.joints[j].scales.effort.powi(2).max(f64::MIN_POSITIVE)
+    };
+    let parts: Vec<f64> = (0..problem.joints.len()).map(part).collect();
+    let total: f64 = parts.iter().sum();
+    let share = |j: usize| if total > 0.0 { parts[j] / total } else { 0.0 };
+    (0..parts.len()).map(|j| (problem.joints[j].name.clone(), share(j))).collect()
+}
+
+/// Parts of episodes in which the residual is largest.
+pub(crate) fn windows(problem: &Problem, model: &Tried) -> Vec<JointWindow> {
+    let mut found = vec![];
+    for (j, joint) in problem.joints.iter().enumerate() {
+        let all = samples(problem, model, j);
+        let overall = rms(all.iter()).max(f64::MIN_POSITIVE);
+        for (index, episode) in problem.episodes.iter().enumerate() {
+            let own: Vec<&Sample> = all.iter().filter(|s| s.episode == index).collect();
+            for part in own.chunks(own.len().div_ceil(WINDOWS_PER_EPISODE).max(3)) {
+                let strength = rms(part.iter().copied()) / overall;
+                if let (true, Some(first), Some(last)) =
+                    (strength > MIN_WINDOW_STRENGTH, part.first(), part.last())
+                {
+                    found.push(JointWindow {
+                        episode: episode.name.clone(),
+                        joint: joint.name.clone(),
+                        start: first.t,
+                        end: last.t,
+                        strength,
+                    });
+                }
+            }
+        }
+    }
+    found.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+    found.truncate(MAX_WINDOWS);
+    found
+}
+
+/// The motion during which a joint's residual is large, in words; `None` if it depends on none.
+pub(crate) fn regime(problem: &Problem, model: &Tried, joint: usize) -> Option<String> {
+    let all = samples(problem, model, joint);
+    let setup = &problem.joints[joint];
+    let speed_unit = if setup.is_hinge { "rad/s" } else { "m/s" };
+    let contrasts = [
+        split(&all, |s| s.speed).map(|(ratio, at)| {
+            (ratio, format!("above {at:.2} {speed_unit}"), format!("below {at:.2} {speed_unit}"))
+        }),
+        split(&all, |s| s.acceleration).map(|(ratio, at)| {
+            (
+                ratio,
+                format!("at accelerations above {at:.2} {speed_unit}²"),
+                format!("at accelerations below {at:.2} {speed_unit}²"),
+            )
+        }),
+        split(&all, |s| if s.side > 0.0 { 1.0 } else { -1.0 }).map(|(ratio, _)| {
+            (ratio, "in positive direction".to_owned(), "in negative direction".to_owned())
+        }),
+    ];
+    let largest = contrasts.into_iter().flatten().max_by(|a, b| a.0.ln().abs().total_cmp(&b.0.ln().abs()))?;
+    let (ratio, above, below) = largest;
+    if ratio >= MIN_CONTRAST {
+        Some(format!("{above}, joint {}", setup.name))
+    } else if ratio <= MIN_CONTRAST.recip() {
+        Some(format!("{below}, joint {}", setup.name))
+    } else {
+        None
+    }
+}
+
+/// Ratio of the residual above the median of a quantity to that below it, and the median.
+fn split(samples: &[Sample], of: impl Fn(&Sample) -> f64) -> Option<(f64, f64)> {
+    let mut values: Vec<f64> = samples.iter().map(&of).collect();
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    let at = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let below = rms(samples.iter().filter(|s| of(s) < at));
+    let above = rms(samples.iter().filter(|s| of(s) >= at));
+    (below > 0.0 && above > 0.0).then_some((above / below, at))
+}

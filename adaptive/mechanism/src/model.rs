@@ -1,0 +1,356 @@
+//! A nominal mechanism with added effects, and its parameters.
+
+use crate::laws::{Applies, JointKind, ParamSpec};
+use crate::problem::{Drive, Problem};
+use crate::units::{EffortUnit, Unit};
+use trundle_record::EffortSource;
+
+/// Standard deviation of a parameter's prior, in units of its scale.
+const PRIOR_SD: f64 = 10.0;
+/// Relative standard deviation of the masses of a model (MECHANISM.md).
+const MASS_SD: f64 = 0.3;
+
+/// Kind of an added effect, with the place where it acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A law of a joint.
+    Joint(JointKind, usize),
+    /// A point mass on a body.
+    Payload(usize),
+    /// Gravity that is turned about the world's axes.
+    BaseTilt,
+    /// An offset of a joint's encoder.
+    EncoderOffset(usize),
+}
+
+impl Kind {
+    /// Name of the effect in a diagnosis.
+    #[must_use]
+    pub fn effect(self) -> &'static str {
+        match self {
+            Self::Joint(kind, _) => kind.spec().effect,
+            Self::Payload(_) => "payload",
+            Self::BaseTilt => "base_tilt",
+            Self::EncoderOffset(_) => "encoder_offset",
+        }
+    }
+
+    /// The joint on which it acts.
+    #[must_use]
+    pub fn joint(self) -> Option<usize> {
+        match self {
+            Self::Joint(_, joint) | Self::EncoderOffset(joint) => Some(joint),
+            Self::Payload(_) | Self::BaseTilt => None,
+        }
+    }
+
+    /// Sentence of a diagnosis, and the motion or rig that identifies the effect best.
+    #[must_use]
+    pub fn texts(self) -> [&'static str; 2] {
+        match self {
+            Self::Joint(kind, _) => [kind.spec().sentence, kind.spec().experiment],
+            Self::Payload(_) => [
+                "A load of {mass} is attached to body {body} at ({com_x}, {com_y}, {com_z})",
+                "hold the mechanism in several poses, then repeat them with a known load",
+            ],
+            Self::BaseTilt => [
+                "The base is tilted by {angle_x} about x and {angle_y} about y",
+                "hold the mechanism in several poses, and measure the base with a level",
+            ],
+            Self::EncoderOffset(_) => [
+                "The encoder of joint {joint} is off by {offset}",
+                "move the joint to its mechanical reference, or hold it in several poses under gravity",
+            ],
+        }
+    }
+
+    /// Name, unit and bounds of each parameter.
+    #[must_use]
+    pub fn params(self) -> Vec<ParamSpec> {
+        use crate::laws::{Scale, positive, signed};
+        let of_body = |name| ParamSpec { scale: Scale::One, ..signed(name, Unit::Length, Scale::One) };
+        match self {
+            Self::Joint(kind, _) => kind.spec().params.to_vec(),
+            Self::Payload(_) => vec![
+                positive("mass", Unit::Mass, Scale::One),
+                of_body("com_x"),
+                of_body("com_y"),
+                of_body("com_z"),
+            ],
+            Self::BaseTilt => {
+                let angle = |name| ParamSpec { bounds: [-1.5, 1.5], ..signed(name, Unit::Angle, Scale::One) };
+                vec![angle("angle_x"), angle("angle_y")]
+            }
+            Self::EncoderOffset(_) => vec![signed("offset", Unit::Position, Scale::Position)],
+        }
+    }
+
+    /// Starting values of a fit.
+    #[must_use]
+    pub fn starts(self, problem: &Problem) -> Vec<Vec<f64>> {
+        match self {
+            Self::Joint(kind, joint) => (kind.spec().starts)(&problem.joints[joint].scales),
+            Self::Payload(body) => {
+                let mass = 0.1 * problem.bodies[body].1;
+                [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]]
+                    .iter()
+                    .map(|com| [&[mass][..], com].concat())
+                    .collect()
+            }
+            Self::BaseTilt => vec![vec![0.01, 0.01]],
+            Self::EncoderOffset(joint) => vec![vec![0.01 * problem.joints[joint].scales.span()]],
+        }
+    }
+
+    /// All effects that may be added to a mechanism.
+    #[must_use]
+    pub fn candidates(problem: &Problem) -> Vec<Self> {
+        let mut all = vec![];
+        for j in 0..problem.joints.len() {
+            if problem.samples(j) == 0 {
+                continue;
+            }
+            all.extend(
+                JointKind::ALL.iter().filter(|k| applies(problem, **k, j)).map(|k| Self::Joint(*k, j)),
+            );
+            let has_gravity = problem.axis.is_none_or(|axis| axis.gravity_torque.is_some());
+            if has_gravity {
+                all.push(Self::EncoderOffset(j));
+            }
+        }
+        if problem.axis.is_none() {
+            all.extend((0..problem.bodies.len()).map(Self::Payload));
+            all.push(Self::BaseTilt);
+        }
+        all
+    }
+}
+
+/// Whether a law can act on a joint and is not part of the nominal model.
+fn applies(problem: &Problem, kind: JointKind, j: usize) -> bool {
+    let joint = &problem.joints[j];
+    let (is_measured, is_commanded) = match joint.drive {
+        Drive::None => (false, false),
+        Drive::Effort(EffortSource::Commanded | EffortSource::Voltage) => (false, true),
+        Drive::Effort(_) => (true, false),
+        Drive::Target => (false, true),
+    };
+    let is_effort = matches!(joint.drive, Drive::Effort(_));
+    let has_fixed_gain = problem.episodes.iter().all(|e| e.joints[j].gain.is_some());
+    let is_free =
+        |key: &str| slots(problem, &[]).iter().any(|s| s.joint == Some(j) && s.name.starts_with(key));
+    match kind {
+        JointKind::ViscousFriction => !is_free("damping"),
+        JointKind::RotorInertia => {
+            let has_inertia = problem.axis.is_none_or(|axis| axis.inertia.is_some());
+            has_inertia && !is_free("armature") && !is_free("inertia")
+        }
+        // A common gain is the scale of all forces: something else must fix it.
+        JointKind::EffortGain => is_effort && has_fixed_gain && scale_is_known(problem),
+        JointKind::EffortBias => is_effort,
+        _ => match kind.spec().applies {
+            Applies::Always => true,
+            Applies::Driven => joint.drive != Drive::None,
+            Applies::MeasuredEffort => is_measured,
+            Applies::CommandedEffort => is_commanded,
+            Applies::Loaded => joint.drive != Drive::None || joint.has_load,
+        },
+    }
+}
+
+/// Whether masses, an inertia or a gravity torque are given, so that a gain has a meaning.
+fn scale_is_known(problem: &Problem) -> bool {
+    problem.axis.is_none_or(|axis| axis.inertia.is_some() || axis.gravity_torque.is_some())
+}
+
+/// An added effect with its values. NaN leaves a refinement at its default.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effect {
+    /// Kind and place.
+    pub kind: Kind,
+    /// Values in the order of its parameters.
+    pub values: Vec<f64>,
+}
+
+/// A parameter of the nominal mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Nominal {
+    Inertia,
+    Armature,
+    Damping,
+    GravitySin,
+    GravityCos,
+    Gain,
+    DriveDamping,
+    BackEmf,
+    /// Mass of a body.
+    Mass(usize),
+}
+
+/// What a slot belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    Nominal(Nominal),
+    /// Index of the effect, and of its parameter.
+    Effect(usize, usize),
+}
+
+/// A free parameter.
+#[derive(Clone, Debug)]
+pub(crate) struct Slot {
+    /// `damping:elbow`, `joint_dry_friction:elbow.effort`, …
+    pub name: String,
+    pub unit: Unit,
+    /// The joint whose equation it enters; `None` if it enters all.
+    pub joint: Option<usize>,
+    pub role: Role,
+    pub start: f64,
+    pub bounds: [f64; 2],
+    /// Mean and standard deviation of the normal prior.
+    pub prior: [f64; 2],
+}
+
+/// The free parameters of the nominal mechanism, then those of the effects.
+pub(crate) fn slots(problem: &Problem, effects: &[Effect]) -> Vec<Slot> {
+    let mut found = vec![];
+    for j in 0..problem.joints.len() {
+        joint_slots(problem, j, &mut found);
+    }
+    for (b, (body, mass)) in problem.bodies.iter().enumerate() {
+        if *mass > 0.0 && is_free(problem, "mass", body) {
+            found.push(Slot {
+                name: format!("mass:{body}"),
+                unit: Unit::Mass,
+                joint: None,
+                role: Role::Nominal(Nominal::Mass(b)),
+                start: *mass,
+                bounds: [0.0, f64::INFINITY],
+                prior: [*mass, MASS_SD * mass],
+            });
+        }
+    }
+    for (k, effect) in effects.iter().enumerate() {
+        for (i, param) in effect.kind.params().iter().enumerate() {
+            if param.is_choice || effect.values[i].is_nan() {
+                continue;
+            }
+            found.push(effect_slot(problem, effect, (k, i), param));
+        }
+    }
+    found
+}
+
+fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param: &ParamSpec) -> Slot {
+    let scale = match effect.kind {
+        Kind::Joint(_, j) | Kind::EncoderOffset(j) => param.scale.of(&problem.joints[j].scales),
+        Kind::Payload(body) if param.unit == Unit::Mass => problem.bodies[body].1.max(f64::MIN_POSITIVE),
+        Kind::Payload(_) | Kind::BaseTilt => 1.0,
+    };
+    let joint = match effect.kind {
+        Kind::Joint(_, j) => Some(j),
+        Kind::EncoderOffset(j) if problem.axis.is_some() => Some(j),
+        _ => None,
+    };
+    let centre = match param.unit {
+        Unit::Position if param.bounds[0] < 0.0 => effect.values[i],
+        _ => 0.0,
+    };
+    Slot {
+        name: format!("{}.{}", label(problem, effect.kind), param.name),
+        unit: param.unit,
+        joint,
+        role: Role::Effect(k, i),
+        start: effect.values[i],
+        bounds: param.bounds.map(|bound| bound * scale),
+        prior: [centre, PRIOR_SD * scale.max(effect.values[i].abs())],
+    }
+}
+
+/// `effect:joint`, `payload:body`, or the effect's name.
+pub(crate) fn label(problem: &Problem, kind: Kind) -> String {
+    let place = match kind {
+        Kind::Joint(_, j) | Kind::EncoderOffset(j) => Some(&problem.joints[j].name),
+        Kind::Payload(body) => Some(&problem.bodies[body].0),
+        Kind::BaseTilt => None,
+    };
+    place.map_or_else(|| kind.effect().to_owned(), |place| format!("{}:{place}", kind.effect()))
+}
+
+fn is_free(problem: &Problem, key: &str, name: &str) -> bool {
+    problem.free.as_ref().is_none_or(|free| {
+        free.iter().any(|entry| entry == key || entry.split_once(':') == Some((key, name)))
+    })
+}
+
+fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
+    let joint = &problem.joints[j];
+    let scales = &joint.scales;
+    let ratio = |divisor: f64| {
+        let ratio = scales.effort / divisor;
+        if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
+    };
+    let mut add = |key: &str, unit: Unit, role: Nominal, start: f64, lower: f64, scale: f64| {
+        found.push(Slot {
+            name: format!("{key}:{}", joint.name),
+            unit,
+            joint: Some(j),
+            role: Role::Nominal(role),
+            start,
+            bounds: [lower, f64::INFINITY],
+            prior: [start, PRIOR_SD * scale.max(start.abs())],
+        });
+    };
+    let [armature, damping, _] = problem.of_model[j];
+    let inertia = ratio(scales.acceleration);
+    let listed = problem.free.is_some();
+    match problem.axis {
+        Some(axis) => {
+            let per_inertia = problem.effort_unit == EffortUnit::PerInertia;
+            if axis.inertia.is_none() && !per_inertia {
+                add("inertia", Unit::Inertia, Nominal::Inertia, inertia, 0.0, inertia);
+            }
+            if listed && axis.inertia.is_some() && is_free(problem, "armature", &joint.name) {
+                add("armature", Unit::Inertia, Nominal::Armature, 0.0, 0.0, inertia);
+            }
+            if axis.gravity {
+                let scale = scales.effort.max(f64::MIN_POSITIVE);
+                if axis.gravity_torque.is_none() {
+                    add("gravity_sin", Unit::Effort, Nominal::GravitySin, 0.0, f64::NEG_INFINITY, scale);
+                    add("gravity_cos", Unit::Effort, Nominal::GravityCos, 0.0, f64::NEG_INFINITY, scale);
+                }
+            }
+        }
+        None if is_free(problem, "armature", &joint.name) => {
+            add("armature", Unit::Inertia, Nominal::Armature, armature, 0.0, inertia);
+        }
+        None => {}
+    }
+    if is_free(problem, "damping", &joint.name) {
+        add("damping", Unit::Damping, Nominal::Damping, damping, 0.0, ratio(scales.velocity));
+    }
+    let has_free_gain = problem.episodes.iter().any(|e| e.joints[j].gain.is_none());
+    let fixes_scale = matches!(problem.effort_unit, EffortUnit::Recorded | EffortUnit::TargetError);
+    match joint.drive {
+        Drive::Effort(source) => {
+            if has_free_gain && !fixes_scale {
+                let start = scales.effort / joint.largest_command;
+                add("gain", Unit::One, Nominal::Gain, start, f64::NEG_INFINITY, start);
+            }
+            if source == EffortSource::Voltage && joint.switches_off {
+                add("back_emf", Unit::Damping, Nominal::BackEmf, 0.0, 0.0, ratio(scales.velocity));
+            }
+        }
+        Drive::Target => {
+            if has_free_gain && !fixes_scale {
+                let start = scales.effort / joint.largest_command;
+                add("drive_stiffness", Unit::Stiffness, Nominal::Gain, start, 0.0, start);
+            }
+            // While the drive is on, its damping cannot be told from that of the joint.
+            if problem.episodes.iter().any(|e| e.joints[j].drive_damping.is_none()) && joint.switches_off {
+                let scale = ratio(scales.velocity);
+                add("drive_damping", Unit::Damping, Nominal::DriveDamping, 0.0, 0.0, scale);
+            }
+        }
+        Drive::None => {}
+    }
+}

@@ -1,0 +1,189 @@
+//! Smoothed motion of all joints on the uniform times of each episode.
+
+use crate::bandwidth::{Positions, SD_OF_ONE_HERTZ, cutoff, noise};
+use crate::error::MechanismError;
+use crate::kernel::Kernel;
+use crate::resample::{Grid, in_gap, interpolated, median_interval};
+use trundle_record::JointRecording;
+
+/// Longest gap between positions, standard deviations of the filter.
+const MAX_GAP_SDS: f64 = 6.0;
+/// Fewest positions of a joint in an episode.
+const MIN_POSITIONS: usize = 20;
+
+/// Motion of the joints in one episode. The outer index of the arrays is the joint.
+#[derive(Clone, Debug)]
+pub struct EpisodeMotion {
+    /// Name of the episode.
+    pub name: String,
+    /// Whether the episode is held out.
+    pub held_out: bool,
+    pub(crate) grid: Grid,
+    /// Positions as recorded, interpolated.
+    pub(crate) raw: Vec<Vec<f64>>,
+    /// Filtered positions, rad or m.
+    pub q: Vec<Vec<f64>>,
+    /// Velocities.
+    pub v: Vec<Vec<f64>>,
+    /// Accelerations.
+    pub a: Vec<Vec<f64>>,
+    /// Whether each sample is usable: away from the ends and from gaps.
+    pub(crate) usable: Vec<Vec<bool>>,
+}
+
+impl EpisodeMotion {
+    /// Times of the samples, s, in the time of the table.
+    #[must_use]
+    pub fn times(&self) -> Vec<f64> {
+        self.grid.times()
+    }
+}
+
+/// Motion in all episodes.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    /// Names of the joints.
+    pub joints: Vec<String>,
+    /// The episodes.
+    pub episodes: Vec<EpisodeMotion>,
+    /// Cut-off frequency of the filter, Hz: positions tell acceleration up to it.
+    pub bandwidth: f64,
+    /// Standard deviation of the noise of each joint's positions.
+    pub position_noise: Vec<f64>,
+    /// Standard deviation of the noise of each joint's filtered velocity.
+    pub(crate) velocity_noise: Vec<f64>,
+    /// Standard deviation of each of the two filter stages, s.
+    pub(crate) stage_sd: f64,
+}
+
+/// Smooth the positions of a recording. All joints share the filter, because their efforts depend on each other's
+/// acceleration.
+///
+/// # Errors
+/// If an episode has too few positions.
+pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
+    let joints = recording.metadata.mechanism.joints.clone();
+    let mut streams: Vec<Vec<(Vec<f64>, Vec<f64>)>> = vec![];
+    for joint in &joints {
+        let of = |episode: &trundle_record::Episode| positions(recording, &episode.name, joint);
+        streams.push(recording.episodes.iter().map(of).collect::<Result<_, _>>()?);
+    }
+    let stated = recording.metadata.noise.as_ref().and_then(|noise| noise.position.as_ref());
+    let mut position_noise = vec![];
+    let mut bandwidth = f64::INFINITY;
+    for (joint, episodes) in joints.iter().zip(&streams) {
+        let all: Vec<Positions<'_>> = episodes.iter().map(|(t, q)| Positions { t, q }).collect();
+        let sd = stated.and_then(|by| by.of(joint)).copied().unwrap_or_else(|| noise(&all));
+        position_noise.push(sd);
+        let moves = range(episodes.iter().flat_map(|(_, q)| q)) > 10.0 * sd;
+        if moves {
+            bandwidth = bandwidth.min(cutoff(&all, sd, slowest_interval(recording, joint)));
+        }
+    }
+    if !bandwidth.is_finite() {
+        return Err(MechanismError::Unsuitable {
+            recording: recording.metadata.name.clone(),
+            reason: "no joint moves by more than ten standard deviations of its noise".to_owned(),
+            remedy: "record motion, or state [noise] position".to_owned(),
+        });
+    }
+    let stage_sd = SD_OF_ONE_HERTZ / bandwidth / 2f64.sqrt();
+    let one = |k: usize| {
+        let own: Vec<&(Vec<f64>, Vec<f64>)> = streams.iter().map(|episodes| &episodes[k]).collect();
+        smooth(recording, k, &own, stage_sd)
+    };
+    let episodes: Vec<EpisodeMotion> = (0..recording.episodes.len()).map(one).collect();
+    let dt = episodes.first().map_or(stage_sd, |episode| episode.grid.dt);
+    let amplification = Kernel::flat(stage_sd, dt).noise()[1];
+    let velocity_noise = position_noise.iter().map(|sd| sd * amplification).collect();
+    Ok(Motion { joints, episodes, bandwidth, position_noise, velocity_noise, stage_sd })
+}
+
+/// Largest minus smallest value.
+pub(crate) fn range<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    (high - low).max(0.0)
+}
+
+fn positions(
+    recording: &JointRecording,
+    episode: &str,
+    joint: &str,
+) -> Result<(Vec<f64>, Vec<f64>), MechanismError> {
+    let late = recording.metadata.delay_of("q", joint);
+    recording
+        .stream(episode, "q", joint)
+        .filter(|(t, _)| t.len() >= MIN_POSITIONS)
+        .map(|(t, q)| (t.iter().map(|t| t - late).collect(), q))
+        .ok_or_else(|| MechanismError::Unsuitable {
+            recording: recording.metadata.name.clone(),
+            reason: format!("episode {episode} has fewer than {MIN_POSITIONS} positions q_{joint}"),
+            remedy: "remove the episode, or record more".to_owned(),
+        })
+}
+
+/// Largest median interval of a joint's positions and of its drive's stream, s.
+fn slowest_interval(recording: &JointRecording, joint: &str) -> f64 {
+    let streams = ["q", "effort", "target"];
+    let of = |episode: &trundle_record::Episode| {
+        let intervals =
+            streams.iter().filter_map(|stream| median_interval(&episode.joint_stream(stream, joint)?.0));
+        intervals.fold(0.0, f64::max)
+    };
+    recording.episodes.iter().map(of).fold(0.0, f64::max)
+}
+
+fn smooth(
+    recording: &JointRecording,
+    index: usize,
+    streams: &[&(Vec<f64>, Vec<f64>)],
+    stage_sd: f64,
+) -> EpisodeMotion {
+    let episode = &recording.episodes[index];
+    let start = streams.iter().map(|(t, _)| t[0]).fold(f64::NEG_INFINITY, f64::max);
+    let end = streams.iter().map(|(t, _)| t[t.len() - 1]).fold(f64::INFINITY, f64::min);
+    let native = streams.iter().filter_map(|(t, _)| median_interval(t)).fold(f64::INFINITY, f64::min);
+    let dt = native.max(stage_sd / 3.0).min(stage_sd);
+    let grid = Grid { start, dt, len: 1 + ((end - start).max(0.0) / dt + 1e-9) as usize };
+    let kernel = Kernel::flat(stage_sd, dt);
+    let mut motion = EpisodeMotion {
+        name: episode.name.clone(),
+        held_out: recording.metadata.is_held_out(&episode.name),
+        grid,
+        raw: vec![],
+        q: vec![],
+        v: vec![],
+        a: vec![],
+        usable: vec![],
+    };
+    for (t, q) in streams {
+        let raw = interpolated(t, q, &grid);
+        let inside = |k: usize| k >= kernel.half && k + kernel.half < grid.len;
+        let mut found = [vec![0.0; grid.len], vec![0.0; grid.len], vec![0.0; grid.len]];
+        for k in (0..grid.len).filter(|k| inside(*k)) {
+            let values = kernel.derivatives(&raw, k);
+            found.iter_mut().zip(values).for_each(|(series, value)| series[k] = value);
+        }
+        // The ends hold the nearest value, so that models can be evaluated there. They are not compared.
+        if grid.len > 2 * kernel.half {
+            let (first, last) = (kernel.half, grid.len - kernel.half - 1);
+            for k in (0..first).chain(last + 1..grid.len) {
+                found[0][k] = raw[k];
+                found[1][k] = found[1][if k < first { first } else { last }];
+            }
+        }
+        let gaps = in_gap(t, &grid, MAX_GAP_SDS * stage_sd.max(native));
+        let mut usable: Vec<bool> = (0..grid.len).map(inside).collect();
+        for k in (0..grid.len).filter(|k| gaps[*k]) {
+            let reach = k.saturating_sub(kernel.half)..(k + kernel.half + 1).min(grid.len);
+            usable[reach].fill(false);
+        }
+        let [q, v, a] = found;
+        motion.raw.push(raw);
+        motion.q.push(q);
+        motion.v.push(v);
+        motion.a.push(a);
+        motion.usable.push(usable);
+    }
+    motion
+}

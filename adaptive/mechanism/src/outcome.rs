@@ -1,0 +1,73 @@
+//! Results of a diagnosis of joints.
+
+use crate::answer::JointAnswer;
+use crate::figures::{OpenLoop, open_loop};
+use crate::fit::Fit;
+use crate::laws::{JointSample, Law};
+use crate::model::{Effect, Kind};
+use crate::problem::Problem;
+use std::collections::BTreeMap;
+
+/// Results of a diagnosis of joints.
+#[derive(Clone, Debug)]
+pub struct JointOutcome {
+    /// `diagnosis.json`.
+    pub answer: JointAnswer,
+    /// The mechanism before and after.
+    pub models: [FittedMechanism; 2],
+    /// Open-loop simulations of an axis in each held-out episode: before and after.
+    pub predictions: BTreeMap<String, [Option<OpenLoop>; 2]>,
+}
+
+impl JointOutcome {
+    pub(crate) fn new(problem: &Problem, answer: JointAnswer, before: Fit, after: Fit) -> Self {
+        let held_out = problem.episodes.iter().filter(|episode| episode.held_out);
+        let of = |episode| [&before, &after].map(|fit| open_loop(problem, fit, episode));
+        let predictions = held_out.map(|episode| (episode.name.clone(), of(episode))).collect();
+        let models = [&before, &after].map(|fit| FittedMechanism::new(problem, fit));
+        Self { answer, models, predictions }
+    }
+}
+
+/// A mechanism with fitted parameters and effects.
+#[derive(Clone, Debug)]
+pub struct FittedMechanism {
+    /// Names of the joints.
+    pub joints: Vec<String>,
+    /// Names of the bodies.
+    pub bodies: Vec<String>,
+    /// Refitted parameters of the nominal mechanism by name.
+    pub nominal: BTreeMap<String, f64>,
+    /// Effects with their values.
+    pub effects: Vec<Effect>,
+}
+
+impl FittedMechanism {
+    fn new(problem: &Problem, fit: &Fit) -> Self {
+        let nominal = |(slot, value): (&crate::model::Slot, &f64)| {
+            matches!(slot.role, crate::model::Role::Nominal(_)).then(|| (slot.name.clone(), *value))
+        };
+        Self {
+            joints: problem.joints.iter().map(|joint| joint.name.clone()).collect(),
+            bodies: problem.bodies.iter().map(|(name, _)| name.clone()).collect(),
+            nominal: fit.slots.iter().zip(&fit.values).filter_map(nominal).collect(),
+            effects: fit.fitted_effects(),
+        }
+    }
+
+    /// Effort, level of dry friction and added inertia of the laws of joint `j` at a state.
+    #[must_use]
+    pub fn terms(&self, j: usize, at: &JointSample<f64>) -> [f64; 3] {
+        let laws: Vec<Law<f64>> = self
+            .effects
+            .iter()
+            .filter_map(|effect| match effect.kind {
+                Kind::Joint(kind, joint) if joint == j => Some(Law::of(kind, &effect.values)),
+                _ => None,
+            })
+            .collect();
+        let effort = |a: f64| laws.iter().map(|law| law.effort(&JointSample { a, ..*at })).sum::<f64>();
+        let free = effort(0.0);
+        [free, laws.iter().map(|law| law.dry_friction(at)).sum(), free - effort(1.0)]
+    }
+}

@@ -1,0 +1,442 @@
+//! A recording with its motion and dynamics: the data of all fits.
+
+use crate::dynamics::{Dynamics, EpisodeDynamics};
+use crate::error::MechanismError;
+use crate::kernel::Kernel;
+use crate::laws::JointScales;
+use crate::motion::{EpisodeMotion, Motion};
+use crate::resample::{held, interpolated};
+use crate::units::EffortUnit;
+use trundle_record::{Axis, EffortSource, EncoderSide, FreeOr, JointRecording};
+
+/// Standard deviations of the velocity's noise below which a joint counts as at rest.
+const REST_NOISE_SDS: f64 = 3.0;
+/// Least speed that counts as motion, as a share of the joint's rms velocity.
+const MIN_SPEED_SHARE: f64 = 0.05;
+/// Least share of a compared sample's weight at which the joint must move.
+const MIN_MOVING_SHARE: f64 = 0.5;
+
+/// What drives a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// Nothing.
+    None,
+    /// A recorded effort.
+    Effort(EffortSource),
+    /// A position target.
+    Target,
+}
+
+/// A joint and its drive. Values are `None` if they are free.
+#[derive(Clone, Debug)]
+pub struct JointSetup {
+    /// Name.
+    pub name: String,
+    /// Whether it is a hinge; otherwise a slide.
+    pub is_hinge: bool,
+    /// What drives it.
+    pub drive: Drive,
+    /// Whether the encoder is on the drive's side.
+    pub encoder_on_drive: bool,
+    /// Whether the drive is switched off at times.
+    pub switches_off: bool,
+    /// Whether a covariate is recorded.
+    pub has_load: bool,
+    /// Speed below which it counts as at rest.
+    pub rest_speed: f64,
+    /// Sizes of its signals.
+    pub scales: JointScales,
+    /// Largest command of the training episodes.
+    pub largest_command: f64,
+    /// Standard deviation of the stated noise of the effort after the filter; zero if it is not stated.
+    pub noise: f64,
+}
+
+/// One joint in one episode, at the uniform times of the motion.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    pub raw: Vec<f64>,
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub a: Vec<f64>,
+    /// Recorded effort or target, unfiltered.
+    pub command: Vec<f64>,
+    /// Gain of the effort or stiffness of the target in this episode; `None` if it is free.
+    pub gain: Option<f64>,
+    /// Damping of the target's drive; `None` if it is free.
+    pub drive_damping: Option<f64>,
+    /// Limit of the target's drive.
+    pub limit: Option<f64>,
+    pub known: Vec<f64>,
+    pub on: Vec<f64>,
+    pub load: Option<Vec<f64>>,
+    /// Samples that are compared.
+    pub kept: Vec<usize>,
+}
+
+/// One episode.
+#[derive(Clone, Debug)]
+pub(crate) struct EpisodeData {
+    pub name: String,
+    pub held_out: bool,
+    pub start: f64,
+    pub dt: f64,
+    /// First stage of the filter, which smoothed the motion, for drives.
+    pub first_stage: Kernel,
+    /// Second stage.
+    pub kernel: Kernel,
+    pub joints: Vec<Series>,
+    /// Dynamics of the model; `None` for an axis without a model.
+    pub dynamics: Option<EpisodeDynamics>,
+}
+
+/// Parameters of an axis without a model.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisSetup {
+    /// Inertia, if it is known.
+    pub inertia: Option<f64>,
+    /// Whether the nominal model has a gravity torque.
+    pub gravity: bool,
+    /// The coefficient of sin q, if it is known; then that of cos q is zero.
+    pub gravity_torque: Option<f64>,
+}
+
+/// The data of all fits.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Name of the recording.
+    pub name: String,
+    /// The joints.
+    pub joints: Vec<JointSetup>,
+    /// The axis, if there is no model.
+    pub axis: Option<AxisSetup>,
+    /// Bodies of the model with their masses, kg.
+    pub bodies: Vec<(String, f64)>,
+    /// Armature, damping and dry friction of each joint in the model.
+    pub of_model: Vec<[f64; 3]>,
+    /// Gravity, world axes.
+    pub gravity: [f64; 3],
+    /// What may be refitted, as in `[mechanism] free`; `None` is the default.
+    pub free: Option<Vec<String>>,
+    /// What efforts are measured in.
+    pub effort_unit: EffortUnit,
+    /// Cut-off frequency, Hz.
+    pub bandwidth: f64,
+    /// Whether the motion is imposed.
+    pub imposed: bool,
+    pub(crate) episodes: Vec<EpisodeData>,
+}
+
+impl Problem {
+    /// Combine a recording, its motion, and the dynamics of its model, if it has one.
+    ///
+    /// # Errors
+    /// If efforts cannot be used and nothing else drives the joints, or the dynamics do not fit.
+    pub fn new(
+        recording: &JointRecording,
+        motion: &Motion,
+        dynamics: Option<&Dynamics>,
+    ) -> Result<Self, MechanismError> {
+        let meta = &recording.metadata;
+        let drives: Vec<Drive> =
+            motion.joints.iter().map(|joint| drive(recording, joint)).collect::<Result<_, _>>()?;
+        let mut episodes = vec![];
+        for (k, episode) in motion.episodes.iter().enumerate() {
+            let own = dynamics.map(|all| checked(all, k, episode, motion.joints.len())).transpose()?;
+            episodes.push(episode_data(recording, motion, episode, &drives, own));
+        }
+        let axis = dynamics.is_none().then_some(AxisSetup {
+            inertia: meta.mechanism.inertia,
+            gravity: meta.mechanism.gravity,
+            gravity_torque: meta.mechanism.gravity_torque,
+        });
+        let mut problem = Self {
+            name: meta.name.clone(),
+            joints: vec![],
+            axis,
+            bodies: dynamics
+                .map_or(vec![], |d| d.bodies.iter().cloned().zip(d.masses.iter().copied()).collect()),
+            of_model: dynamics.map_or(vec![[0.0; 3]; motion.joints.len()], |d| {
+                (0..motion.joints.len()).map(|j| [d.armature[j], d.damping[j], d.frictionloss[j]]).collect()
+            }),
+            gravity: dynamics.map_or([0.0; 3], |d| d.gravity),
+            free: meta.mechanism.free.clone(),
+            effort_unit: EffortUnit::Newton,
+            bandwidth: motion.bandwidth,
+            imposed: meta.mechanism.imposed,
+            episodes,
+        };
+        problem.effort_unit = problem.effort_unit_of(&drives);
+        for (j, name) in motion.joints.iter().enumerate() {
+            let is_hinge =
+                dynamics.map_or(meta.mechanism.axis == Some(Axis::Hinge), |dynamics| dynamics.is_hinge[j]);
+            let setup = problem.setup(recording, motion, j, name, is_hinge, drives[j]);
+            problem.joints.push(setup);
+        }
+        for j in 0..problem.joints.len() {
+            let rest = problem.joints[j].rest_speed;
+            for episode in &mut problem.episodes {
+                keep(episode, j, rest, &motion.episodes);
+            }
+        }
+        Ok(problem)
+    }
+
+    /// Number of compared samples of a joint in the training episodes.
+    #[must_use]
+    pub fn samples(&self, joint: usize) -> usize {
+        self.episodes.iter().filter(|e| !e.held_out).map(|e| e.joints[joint].kept.len()).sum()
+    }
+
+    fn effort_unit_of(&self, drives: &[Drive]) -> EffortUnit {
+        let has_value = self.episodes.iter().any(|episode| {
+            episode.joints.iter().zip(drives).any(|(s, drive)| *drive != Drive::None && s.gain.is_some())
+        });
+        let axis = self.axis;
+        let is_fixed =
+            has_value || axis.is_none_or(|axis| axis.inertia.is_some() || axis.gravity_torque.is_some());
+        match drives.first() {
+            _ if is_fixed => EffortUnit::Newton,
+            Some(Drive::Effort(_)) => EffortUnit::Recorded,
+            Some(Drive::Target) => EffortUnit::TargetError,
+            _ => EffortUnit::PerInertia,
+        }
+    }
+
+    fn setup(
+        &self,
+        recording: &JointRecording,
+        motion: &Motion,
+        j: usize,
+        name: &str,
+        is_hinge: bool,
+        drive: Drive,
+    ) -> JointSetup {
+        let training: Vec<&Series> =
+            self.episodes.iter().filter(|e| !e.held_out).map(|e| &e.joints[j]).collect();
+        let rms = |of: &dyn Fn(&Series, usize) -> f64| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for series in &training {
+                for k in 0..series.q.len() {
+                    sum += of(series, k).powi(2);
+                    count += 1.0;
+                }
+            }
+            (sum / f64::max(count, 1.0)).sqrt()
+        };
+        let velocity = rms(&|s, k| s.v[k]);
+        let acceleration = rms(&|s, k| s.a[k]);
+        let gain = training.iter().find_map(|s| s.gain);
+        let positions = || training.iter().flat_map(|s| &s.q);
+        let low = positions().copied().fold(f64::INFINITY, f64::min);
+        let high = positions().copied().fold(f64::NEG_INFINITY, f64::max);
+        let needed = self.needed_effort(j, acceleration, low.abs().max(high.abs()));
+        let effort = match drive {
+            Drive::None => needed,
+            _ if gain.is_none() && self.effort_unit == EffortUnit::Newton => needed,
+            Drive::Effort(_) => rms(&|s, k| s.command[k] * s.on[k] * gain.unwrap_or(1.0) + s.known[k]),
+            Drive::Target => rms(&|s, k| (s.command[k] - s.raw[k]) * s.on[k]) * gain.unwrap_or(1.0),
+        };
+        let load = rms(&|s, k| s.load.as_ref().map_or(0.0, |load| load[k]));
+        let scales = JointScales {
+            effort,
+            range: [low, high],
+            velocity,
+            acceleration,
+            load: (load > 0.0).then_some(load),
+            resolution: motion.stage_sd * 2f64.sqrt(),
+        };
+        let stated =
+            recording.metadata.noise.as_ref().and_then(|noise| noise.effort.as_ref()?.of(name).copied());
+        let kernel = self.episodes.first().map(|e| e.kernel.noise()).unwrap_or_default();
+        // Both stages together have √2 times the standard deviation of one.
+        let noise = stated.unwrap_or(0.0) * gain.unwrap_or(1.0) * kernel[0] * 2f64.powf(-0.25);
+        JointSetup {
+            name: name.to_owned(),
+            is_hinge,
+            drive,
+            encoder_on_drive: recording.metadata.encoder_side_of(name) == EncoderSide::Drive,
+            switches_off: training.iter().any(|s| s.on.contains(&0.0)),
+            has_load: load > 0.0,
+            rest_speed: (REST_NOISE_SDS * motion.velocity_noise[j]).max(MIN_SPEED_SHARE * velocity),
+            largest_command: training
+                .iter()
+                .map(|s| largest_command(s, drive))
+                .fold(f64::MIN_POSITIVE, f64::max),
+            scales,
+            noise,
+        }
+    }
+
+    /// Size of the effort that inertia, gravity and the model need at a joint.
+    fn needed_effort(&self, j: usize, acceleration: f64, angle: f64) -> f64 {
+        if let Some(axis) = self.axis {
+            let inertial = axis.inertia.unwrap_or(1.0) * acceleration;
+            return axis
+                .gravity_torque
+                .map_or(inertial, |torque| inertial.max(torque.abs() * angle.min(1.0)));
+        }
+        let efforts = self.episodes.iter().filter_map(|e| e.dynamics.as_ref()).flat_map(|d| &d.effort[j]);
+        let (sum, count) =
+            efforts.fold((0.0, 0.0), |(sum, count), effort| (sum + effort * effort, count + 1.0));
+        (sum / f64::max(count, 1.0)).sqrt()
+    }
+}
+
+/// What drives a joint, by its columns.
+fn drive(recording: &JointRecording, joint: &str) -> Result<Drive, MechanismError> {
+    let has = |stream: &str| recording.episodes.iter().any(|e| e.joint_stream(stream, joint).is_some());
+    let missing = |stream: &str| {
+        recording.episodes.iter().find(|e| e.joint_stream(stream, joint).is_none()).map(|e| e.name.clone())
+    };
+    let first = recording.episodes.first().map_or("", |episode| episode.name.as_str());
+    let settings = recording.metadata.effort_of(first, joint);
+    let (found, stream) = match (has("effort"), has("target"), settings.signed) {
+        (true, _, true) => (Drive::Effort(settings.source), "effort"),
+        (_, true, _) => (Drive::Target, "target"),
+        (true, false, false) => {
+            return Err(MechanismError::Unsuitable {
+                recording: recording.metadata.name.clone(),
+                reason: format!(
+                    "effort_{joint} has no sign (signed = false), and there is no target_{joint}: nothing tells the \
+                     direction of the drive's effort"
+                ),
+                remedy: format!("record a signed effort, or the commanded positions as target_{joint}"),
+            });
+        }
+        (false, false, _) => return Ok(Drive::None),
+    };
+    match missing(stream) {
+        None => Ok(found),
+        Some(episode) => Err(MechanismError::Unsuitable {
+            recording: recording.metadata.name.clone(),
+            reason: format!("episode {episode} has no samples of {stream}_{joint}, other episodes have"),
+            remedy: "remove the episode, or record the stream in all episodes".to_owned(),
+        }),
+    }
+}
+
+fn checked(
+    all: &Dynamics,
+    index: usize,
+    episode: &EpisodeMotion,
+    joints: usize,
+) -> Result<EpisodeDynamics, MechanismError> {
+    let problem =
+        |reason: &str| MechanismError::Dynamics { episode: episode.name.clone(), reason: reason.to_owned() };
+    let own = all.episodes.get(index).ok_or_else(|| problem("there is no entry for it"))?;
+    let len = episode.grid.len;
+    let fits = |series: &Vec<f64>| series.len() == len && series.iter().all(|x| x.is_finite());
+    let per_joint = [all.armature.len(), all.damping.len(), all.frictionloss.len(), all.is_hinge.len()];
+    if per_joint.iter().chain(&[own.effort.len(), own.own_inertia.len()]).any(|n| *n != joints) {
+        return Err(problem("the number of joints differs from the recording's"));
+    }
+    let by_body = own.by_mass.iter().flatten().chain(own.by_payload.iter().flatten().flatten());
+    let others = own.by_gravity.iter().flatten().chain(own.by_offset.iter().flatten().flatten());
+    if !own.effort.iter().chain(&own.own_inertia).chain(by_body).chain(others).all(fits) {
+        return Err(problem(
+            "an array has another length than the motion, or contains a value that is not finite",
+        ));
+    }
+    if own.by_mass.len() != joints || own.by_mass.iter().any(|bodies| bodies.len() != all.masses.len()) {
+        return Err(problem("`by_mass` needs one array for each joint and body"));
+    }
+    Ok(own.clone())
+}
+
+fn episode_data(
+    recording: &JointRecording,
+    motion: &Motion,
+    episode: &EpisodeMotion,
+    drives: &[Drive],
+    dynamics: Option<EpisodeDynamics>,
+) -> EpisodeData {
+    let one = |j: usize| series(recording, episode, j, &motion.joints[j], drives[j]);
+    EpisodeData {
+        name: episode.name.clone(),
+        held_out: episode.held_out,
+        start: episode.grid.start,
+        dt: episode.grid.dt,
+        first_stage: Kernel::flat(motion.stage_sd, episode.grid.dt),
+        kernel: Kernel::new(motion.stage_sd, episode.grid.dt),
+        joints: (0..motion.joints.len()).map(one).collect(),
+        dynamics,
+    }
+}
+
+fn series(
+    recording: &JointRecording,
+    episode: &EpisodeMotion,
+    j: usize,
+    joint: &str,
+    drive: Drive,
+) -> Series {
+    let (meta, grid) = (&recording.metadata, &episode.grid);
+    let stream = |name: &str, late: f64| {
+        let (t, values) = recording.stream(&episode.name, name, joint)?;
+        Some((t.iter().map(|t| t - late).collect::<Vec<f64>>(), values))
+    };
+    let effort = meta.effort_of(&episode.name, joint);
+    let target = meta.target_of(&episode.name, joint);
+    let sampled = |name: &str, is_held: bool| {
+        let (t, values) = stream(name, meta.delay_of(name, joint))?;
+        Some(if is_held { held(&t, &values, grid) } else { interpolated(&t, &values, grid) })
+    };
+    let zeros = || vec![0.0; grid.len];
+    let (command, gain) = match drive {
+        Drive::None => (None, Some(1.0)),
+        Drive::Effort(source) => {
+            let is_held = matches!(source, EffortSource::Commanded | EffortSource::Voltage);
+            (sampled("effort", is_held), effort.gain.value())
+        }
+        Drive::Target => (sampled("target", true), target.stiffness.value()),
+    };
+    Series {
+        raw: episode.raw[j].clone(),
+        q: episode.q[j].clone(),
+        v: episode.v[j].clone(),
+        a: episode.a[j].clone(),
+        command: command.unwrap_or_else(zeros),
+        gain,
+        drive_damping: match target.damping {
+            FreeOr::Free => None,
+            FreeOr::Value(value) => Some(value),
+        },
+        limit: (drive == Drive::Target).then_some(target.limit).flatten(),
+        known: sampled("known", false).unwrap_or_else(zeros),
+        on: sampled("on", true).unwrap_or_else(|| vec![1.0; grid.len]),
+        load: sampled("load", false),
+        kept: vec![],
+    }
+}
+
+/// Select the samples that are compared: uniform in time, where every joint's motion is known and the joint moves.
+fn keep(episode: &mut EpisodeData, j: usize, rest_speed: f64, motions: &[EpisodeMotion]) {
+    let Some(motion) = motions.iter().find(|motion| motion.name == episode.name) else { return };
+    let kernel = &episode.kernel;
+    let series = &mut episode.joints[j];
+    let len = series.q.len();
+    let moving: Vec<f64> = series.v.iter().map(|v| f64::from(u8::from(v.abs() >= rest_speed))).collect();
+    let spacing = ((crate::bandwidth::SPACING_SDS * 2f64.sqrt() * motion_sd(kernel, episode.dt) / episode.dt)
+        as usize)
+        .max(1);
+    let usable = |k: usize| motion.usable.iter().all(|joint| joint[k]);
+    let is_kept = |k: &usize| {
+        usable(*k - kernel.half)
+            && usable(*k)
+            && usable(*k + kernel.half)
+            && kernel.at(&moving, *k) >= MIN_MOVING_SHARE
+    };
+    series.kept = (kernel.half..len.saturating_sub(kernel.half)).step_by(spacing).filter(is_kept).collect();
+}
+
+fn motion_sd(kernel: &Kernel, dt: f64) -> f64 {
+    let offset = |k: usize| (k as f64 - kernel.half as f64) * dt;
+    kernel.value.iter().enumerate().map(|(k, w)| w * offset(k).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Largest recorded effort, or largest error of the target.
+fn largest_command(series: &Series, drive: Drive) -> f64 {
+    let error = |k: usize| if drive == Drive::Target { series.raw[k] } else { 0.0 };
+    series.command.iter().enumerate().map(|(k, command)| (command - error(k)).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,33 @@
+//! The sentence of a named effect.
+
+use crate::model::Kind;
+use crate::problem::Problem;
+use std::collections::BTreeMap;
+use trundle_diagnose::Quantity;
+
+/// The sentence of an effect with its values.
+pub(crate) fn statement(problem: &Problem, kind: Kind, parameters: &BTreeMap<String, Quantity>) -> String {
+    let mut text = kind.texts()[0].to_owned();
+    if let Some(joint) = kind.joint() {
+        text = text.replace("{joint}", &problem.joints[joint].name);
+    }
+    if let Kind::Payload(body) = kind {
+        text = text.replace("{body}", &problem.bodies[body].0);
+    }
+    for (name, quantity) in parameters {
+        text = text.replace(&format!("{{{name}}}"), &shown(quantity));
+    }
+    text + "."
+}
+
+/// `1.23 ± 0.05 N`: digits down to the second of the standard deviation.
+fn shown(quantity: &Quantity) -> String {
+    let digits = if quantity.sd > 0.0 && quantity.sd.is_finite() {
+        (1.0 - quantity.sd.log10().floor()).clamp(0.0, 9.0)
+    } else {
+        3.0
+    };
+    let (mean, sd, digits) = (quantity.mean, quantity.sd, digits as usize);
+    let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
+    format!("{mean:.digits$} ± {sd:.digits$}{unit}")
+}

@@ -1,0 +1,266 @@
+//! Diagnosis of recordings of joints in Python.
+
+use std::collections::BTreeMap;
+
+use numpy::ndarray::{ArrayViewD, Axis};
+use numpy::{PyArray1, PyArray2, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trundle_infer::Stage;
+use trundle_mechanism::{
+    Dynamics, EpisodeDynamics, FittedMechanism, JointKind, JointOutcome, JointSample, Kind, Motion, Problem,
+    diagnose_joints, motion,
+};
+
+use crate::error::{refused, run};
+use crate::plain::plain;
+use crate::watch::watched_request;
+
+/// Stages of a diagnosis of joints.
+const STAGES: [Stage; 5] = [
+    Stage { name: "the mechanism under test", end: 0.05, rounds: 1.0 },
+    Stage { name: "missing effects", end: 0.75, rounds: 1.0 },
+    Stage { name: "refinements", end: 0.85, rounds: 1.0 },
+    Stage { name: "lack of fit", end: 0.9, rounds: 1.0 },
+    Stage { name: "figures", end: 1.0, rounds: 1.0 },
+];
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyJointOutcome>()?;
+    module.add_function(wrap_pyfunction!(_joint_effects, module)?)?;
+    module.add_function(wrap_pyfunction!(_joint_motion, module)?)?;
+    module.add_function(wrap_pyfunction!(_diagnose_joints, module)?)
+}
+
+/// The catalogue of laws of joints: name, summary, source, parameters with their units for a hinge, and experiment.
+#[pyfunction]
+fn _joint_effects(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    let entry = |kind: &JointKind| {
+        let spec = kind.spec();
+        let params: Vec<_> = spec
+            .params
+            .iter()
+            .map(|p| BTreeMap::from([("name", p.name), ("unit", p.unit.text(true, Default::default()))]))
+            .collect();
+        serde_json::json!({
+            "effect": spec.effect, "summary": spec.summary, "source": spec.source,
+            "parameters": params, "experiment": spec.experiment,
+        })
+    };
+    plain(py, &JointKind::ALL.iter().map(entry).collect::<Vec<_>>())
+}
+
+/// The smoothed motion of a recording of joints: joints, bandwidth, and by episode t, (T,), q, v and a, (T, n).
+#[pyfunction]
+fn _joint_motion<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+    let py = recording.py();
+    let source = joint_recording_of(recording)?;
+    let found = run(py, || motion(&source))?;
+    let dict = PyDict::new(py);
+    dict.set_item("joints", &found.joints)?;
+    dict.set_item("bandwidth", found.bandwidth)?;
+    let episodes = PyDict::new(py);
+    for episode in &found.episodes {
+        let own = PyDict::new(py);
+        own.set_item("t", PyArray1::from_vec(py, episode.times()))?;
+        for (key, series) in [("q", &episode.q), ("v", &episode.v), ("a", &episode.a)] {
+            let rows: Vec<Vec<f64>> =
+                (0..episode.times().len()).map(|k| series.iter().map(|joint| joint[k]).collect()).collect();
+            own.set_item(key, PyArray2::from_vec2(py, &rows).map_err(refused)?)?;
+        }
+        episodes.set_item(&episode.name, own)?;
+    }
+    dict.set_item("episodes", episodes)?;
+    Ok(dict)
+}
+
+/// Diagnose a recording of joints; see `trundle.diagnose`. `dynamics` is what MuJoCo computed along the motion.
+#[pyfunction]
+#[pyo3(signature = (recording, dynamics=None, *, without=vec![], progress=None))]
+fn _diagnose_joints(
+    recording: &Bound<'_, PyAny>,
+    dynamics: Option<&Bound<'_, PyDict>>,
+    without: Vec<String>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<PyJointOutcome> {
+    let py = recording.py();
+    let source = joint_recording_of(recording)?;
+    let found = run(py, || motion(&source))?;
+    let dynamics = dynamics.map(|dict| dynamics_of(dict, &found)).transpose()?;
+    let outcome = watched_request(py, progress, &STAGES, |watch| {
+        let problem = Problem::new(&source, &found, dynamics.as_ref())?;
+        diagnose_joints(&problem, &without, watch)
+    })?;
+    Ok(PyJointOutcome(outcome))
+}
+
+/// The result of a diagnosis of joints.
+#[pyclass(name = "_JointOutcome", module = "trundle", frozen)]
+pub(crate) struct PyJointOutcome(JointOutcome);
+
+#[pymethods]
+impl PyJointOutcome {
+    /// The content of `diagnosis.json`.
+    #[getter]
+    fn answer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        plain(py, &self.0.answer)
+    }
+
+    /// The fitted mechanisms before and after: nominal values, and effects with their place and values.
+    #[getter]
+    fn models<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        plain(py, &self.0.models.each_ref().map(model))
+    }
+
+    /// Open-loop simulations of an axis by held-out episode: t, observed, before, after.
+    #[getter]
+    fn predictions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (episode, [before, after]) in &self.0.predictions {
+            let Some(shape) = before.as_ref().or(after.as_ref()) else { continue };
+            let own = PyDict::new(py);
+            own.set_item("t", PyArray1::from_slice(py, &shape.t))?;
+            own.set_item("observed", PyArray1::from_slice(py, &shape.observed))?;
+            for (key, found) in [("before", before), ("after", after)] {
+                let values = found.as_ref().map(|path| PyArray1::from_slice(py, &path.simulated));
+                own.set_item(key, values)?;
+            }
+            dict.set_item(episode, own)?;
+        }
+        Ok(dict)
+    }
+
+    /// Effort, level of dry friction and added inertia of the laws of every joint at a state of the mechanism "after",
+    /// or "before".
+    #[pyo3(signature = (which, q, v, drive, external, load))]
+    fn terms(
+        &self,
+        which: &str,
+        q: Vec<f64>,
+        v: Vec<f64>,
+        drive: Vec<f64>,
+        external: Vec<f64>,
+        load: Vec<Option<f64>>,
+    ) -> PyResult<[Vec<f64>; 3]> {
+        let mechanism = &self.0.models[usize::from(which == "after")];
+        let count = mechanism.joints.len();
+        if [v.len(), drive.len(), external.len(), load.len(), q.len()].iter().any(|len| *len != count) {
+            return Err(refused(format!("terms: give {count} values, one for each joint")));
+        }
+        let of = |j: usize| {
+            let at = JointSample {
+                q: q[j],
+                v: v[j],
+                a: 0.0,
+                drive: (!drive[j].is_nan()).then_some(drive[j]),
+                external: external[j],
+                load: load[j],
+            };
+            mechanism.terms(j, &at)
+        };
+        let all: Vec<[f64; 3]> = (0..count).map(of).collect();
+        Ok([0, 1, 2].map(|k| all.iter().map(|terms| terms[k]).collect()))
+    }
+}
+
+fn model(mechanism: &FittedMechanism) -> serde_json::Value {
+    let effect = |effect: &trundle_mechanism::Effect| {
+        let params = effect.kind.params();
+        let values: BTreeMap<&str, f64> = params
+            .iter()
+            .zip(&effect.values)
+            .filter(|(_, value)| !value.is_nan())
+            .map(|(param, value)| (param.name, *value))
+            .collect();
+        let mut entry = serde_json::json!({"kind": effect.kind.effect(), "values": values});
+        match effect.kind {
+            Kind::Joint(_, j) | Kind::EncoderOffset(j) => entry["joint"] = mechanism.joints[j].clone().into(),
+            Kind::Payload(body) => entry["body"] = mechanism.bodies[body].clone().into(),
+            Kind::BaseTilt => {}
+        }
+        entry
+    };
+    serde_json::json!({
+        "nominal": mechanism.nominal,
+        "effects": mechanism.effects.iter().map(effect).collect::<Vec<_>>(),
+    })
+}
+
+fn item<'py>(dict: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+    dict.get_item(key)?.ok_or_else(|| refused(format!("dynamics: `{key}` is missing")))
+}
+
+fn dynamics_of(dict: &Bound<'_, PyDict>, motion: &Motion) -> PyResult<Dynamics> {
+    let mut dynamics = Dynamics {
+        bodies: item(dict, "bodies")?.extract()?,
+        masses: item(dict, "masses")?.extract()?,
+        armature: item(dict, "armature")?.extract()?,
+        damping: item(dict, "damping")?.extract()?,
+        frictionloss: item(dict, "frictionloss")?.extract()?,
+        gravity: item(dict, "gravity")?.extract()?,
+        is_hinge: item(dict, "is_hinge")?.extract()?,
+        episodes: vec![],
+    };
+    let episodes = item(dict, "episodes")?;
+    for episode in &motion.episodes {
+        let own = episodes.get_item(&episode.name)?;
+        dynamics.episodes.push(episode_of(own.cast::<PyDict>()?, motion.joints.len(), &dynamics.bodies)?);
+    }
+    Ok(dynamics)
+}
+
+fn episode_of(dict: &Bound<'_, PyDict>, joints: usize, bodies: &[String]) -> PyResult<EpisodeDynamics> {
+    let array = |key: &str| -> PyResult<PyReadonlyArrayDyn<'_, f64>> {
+        item(dict, key)?.extract().map_err(|_| refused(format!("dynamics: `{key}` is no array of float64")))
+    };
+    let shaped = |key: &str, shape: &[usize]| -> PyResult<PyReadonlyArrayDyn<'_, f64>> {
+        let found = array(key)?;
+        let given = found.as_array().shape().to_vec();
+        if given.len() != shape.len() + 1 || given[1..] != *shape {
+            return Err(refused(format!("dynamics: `{key}` has shape {given:?}, expected (T, {shape:?})")));
+        }
+        Ok(found)
+    };
+    let (n, b) = (joints, bodies.len());
+    let effort = shaped("effort", &[n])?;
+    let own_inertia = shaped("own_inertia", &[n])?;
+    let mass = shaped("mass", &[n, b])?;
+    let gravity = shaped("gravity", &[n, 3])?;
+    let payload = shaped("payload", &[n, b, 10])?;
+    let position = shaped("position", &[n, n])?;
+    let (mass, gravity) = (mass.as_array(), gravity.as_array());
+    let (payload, position) = (payload.as_array(), position.as_array());
+    Ok(EpisodeDynamics {
+        effort: (0..n).map(|j| column(effort.as_array(), &[j])).collect(),
+        own_inertia: (0..n).map(|j| column(own_inertia.as_array(), &[j])).collect(),
+        by_mass: (0..n).map(|j| (0..b).map(|k| column(mass.view(), &[j, k])).collect()).collect(),
+        by_gravity: (0..n).map(|j| [0, 1, 2].map(|k| column(gravity.view(), &[j, k]))).collect(),
+        by_payload: (0..n)
+            .map(|j| (0..b).map(|k| std::array::from_fn(|i| column(payload.view(), &[j, k, i]))).collect())
+            .collect(),
+        by_offset: (0..n)
+            .map(|j| {
+                let of = |k: usize| {
+                    let slope = column(position.view(), &[j, k]);
+                    let curvature = vec![0.0; slope.len()];
+                    [slope, curvature]
+                };
+                (0..n).map(of).collect()
+            })
+            .collect(),
+    })
+}
+
+fn joint_recording_of(recording: &Bound<'_, PyAny>) -> PyResult<trundle_record::JointRecording> {
+    let path: std::path::PathBuf = recording.extract()?;
+    trundle_record::JointRecording::read(&path).map_err(refused)
+}
+
+/// The values over time at fixed later indices.
+fn column(array: ArrayViewD<'_, f64>, at: &[usize]) -> Vec<f64> {
+    let mut view = array;
+    for index in at {
+        view = view.index_axis_move(Axis(1), *index);
+    }
+    view.iter().copied().collect()
+}
