@@ -17,7 +17,7 @@ pub enum AnyRecording {
     /// A pushed object: `trundle-recording/1`.
     Object(Recording),
     /// A mechanism with joints: `trundle-recording/2`.
-    Joints(JointRecording),
+    Joints(Box<JointRecording>),
 }
 
 impl AnyRecording {
@@ -35,7 +35,7 @@ impl AnyRecording {
             _ => document.contains_key("mechanism"),
         };
         match has_joints {
-            true => JointRecording::from_folder(&folder).map(Self::Joints),
+            true => JointRecording::from_folder(&folder).map(|found| Self::Joints(Box::new(found))),
             false => Recording::from_folder(&folder).map(Self::Object),
         }
     }
