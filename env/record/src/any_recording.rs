@@ -15,7 +15,7 @@ use crate::recording::Recording;
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyRecording {
     /// A pushed object: `trundle-recording/1`.
-    Object(Recording),
+    Object(Box<Recording>),
     /// A mechanism with joints: `trundle-recording/2`.
     Joints(Box<JointRecording>),
 }
@@ -36,7 +36,7 @@ impl AnyRecording {
         };
         match has_joints {
             true => JointRecording::from_folder(&folder).map(|found| Self::Joints(Box::new(found))),
-            false => Recording::from_folder(&folder).map(Self::Object),
+            false => Recording::from_folder(&folder).map(|found| Self::Object(Box::new(found))),
         }
     }
 }

@@ -157,7 +157,7 @@ fn either_format_is_read() {
     joint_recording().write(&joints, Table::Csv).unwrap();
     sample::recording().write(&object, Table::Csv).unwrap();
     assert_eq!(AnyRecording::read(&joints).unwrap(), AnyRecording::Joints(Box::new(joint_recording())));
-    assert_eq!(AnyRecording::read(&object).unwrap(), AnyRecording::Object(sample::recording()));
+    assert_eq!(AnyRecording::read(&object).unwrap(), AnyRecording::Object(Box::new(sample::recording())));
     assert!(Recording::read(&joints).unwrap_err().to_string().contains("JointRecording::read"));
     assert!(JointRecording::read(&object).unwrap_err().to_string().contains("Recording::read"));
     let text = JOINTS_TOML.replace("recording/2", "recording/9");
