@@ -7,7 +7,7 @@ use trundle_record::{Dataset, Motion, PrepareOptions, Prepared, TareMethod, Wren
 
 use crate::error::{refused, run};
 use crate::plain::plain;
-use crate::record::recording_of;
+use crate::record::{AnyRecordingOf, any_recording_of, recording_of};
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_inspect, module)?)?;
@@ -19,16 +19,26 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Summary of a recording; see `trundle.inspect`.
 #[pyfunction]
 fn _inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    let (py, recording) = (recording.py(), recording_of(recording)?);
-    let info = run(py, || trundle_record::inspect(&recording))?;
-    plain(py, &info)
+    let py = recording.py();
+    match any_recording_of(recording)? {
+        AnyRecordingOf::Object(recording) => plain(py, &run(py, || trundle_record::inspect(&recording))?),
+        AnyRecordingOf::Joints(recording) => plain(
+            py,
+            &run(py, || Ok::<_, trundle_record::Error>(trundle_record::inspect_joints(&recording)))?,
+        ),
+    }
 }
 
 /// Findings about a recording, most severe first; see `trundle.check`.
 #[pyfunction]
 fn _check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    let (py, recording) = (recording.py(), recording_of(recording)?);
-    let findings = run(py, || Ok::<_, trundle_record::Error>(trundle_record::check(&recording)))?;
+    let (py, recording) = (recording.py(), any_recording_of(recording)?);
+    let findings = run(py, || {
+        Ok::<_, trundle_record::Error>(match &recording {
+            AnyRecordingOf::Object(recording) => trundle_record::check(recording),
+            AnyRecordingOf::Joints(recording) => trundle_record::check_joints(recording),
+        })
+    })?;
     plain(py, &findings)
 }
 

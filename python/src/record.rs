@@ -4,17 +4,19 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyIterator, PyString, PyType};
-use trundle_record::{Metadata, Recording, Table};
+use pyo3::types::{PyDict, PyIterator, PyType};
+use trundle_record::{AnyRecording, JointRecording, Metadata, Recording};
 
+use crate::episodes::{EpisodeColumns, RecordingClass};
 use crate::error::{refused, run};
-use crate::{columns, display, toml_dict};
+use crate::joint_record::PyJointRecording;
+use crate::{display, episodes, toml_dict};
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyRecording>()?;
     module.add_function(wrap_pyfunction!(_replace_folder, module)?)?;
     module.add_function(wrap_pyfunction!(_recover_folder, module)?)?;
+    module.add_function(wrap_pyfunction!(_pushed, module)?)?;
     module.add_function(wrap_pyfunction!(read, module)?)
 }
 
@@ -50,41 +52,70 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyclass(name = "Recording", module = "trundle", frozen)]
 pub(crate) struct PyRecording {
     inner: Arc<Recording>,
-    /// Arrays by episode and column, created on first access.
-    columns: PyOnceLock<Py<PyDict>>,
+    columns: EpisodeColumns,
 }
 
-/// `trundle.episode.Episode`.
-static EPISODE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+impl RecordingClass for PyRecording {
+    const EPISODE: (&'static str, &'static str) = ("trundle.episode", "Episode");
 
-/// The class, and the arguments that create an equal recording.
-type Reduced<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, Bound<'py, PyDict>));
+    fn name(&self) -> &str {
+        &self.inner.metadata.name
+    }
+
+    fn episodes(&self) -> &[trundle_record::Episode] {
+        &self.inner.episodes
+    }
+
+    fn columns(&self) -> &EpisodeColumns {
+        &self.columns
+    }
+}
+
+/// Arguments that create an equal recording.
+type Arguments<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
 
 impl PyRecording {
     pub(crate) fn wrap(recording: Recording) -> Self {
-        Self { inner: Arc::new(recording), columns: PyOnceLock::new() }
-    }
-
-    /// Columns by episode and column name.
-    fn columns<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyDict>> {
-        let whole = self.columns.get_or_try_init(py, || {
-            let dict = PyDict::new(py);
-            for episode in &self.inner.episodes {
-                dict.set_item(&episode.name, columns::to_dict(py, episode)?)?;
-            }
-            Ok::<_, PyErr>(dict.unbind())
-        })?;
-        Ok(whole.bind(py))
+        Self { inner: Arc::new(recording), columns: EpisodeColumns::new() }
     }
 }
 
-/// A recording, or the path of one.
+/// A recording of a pushed object, or the path of one.
+///
+/// # Errors
+/// `TrundleError` for a recording of joints.
 pub(crate) fn recording_of(argument: &Bound<'_, PyAny>) -> PyResult<Arc<Recording>> {
+    match any_recording_of(argument)? {
+        AnyRecordingOf::Object(recording) => Ok(recording),
+        AnyRecordingOf::Joints(recording) => Err(refused(format!(
+            "{}: is a recording of joints (trundle-recording/2), but this needs one of a pushed object \
+             (trundle-recording/1); `trundle info` and `trundle check` read both",
+            argument
+                .extract::<PathBuf>()
+                .map_or(recording.metadata.name.clone(), |path| path.display().to_string())
+        ))),
+    }
+}
+
+/// A recording of either format.
+pub(crate) enum AnyRecordingOf {
+    Object(Arc<Recording>),
+    Joints(Arc<JointRecording>),
+}
+
+/// A recording of either format, or the path of one.
+pub(crate) fn any_recording_of(argument: &Bound<'_, PyAny>) -> PyResult<AnyRecordingOf> {
     if let Ok(recording) = argument.cast::<PyRecording>() {
-        return Ok(recording.get().inner.clone());
+        return Ok(AnyRecordingOf::Object(recording.get().inner.clone()));
+    }
+    if let Ok(recording) = argument.cast::<PyJointRecording>() {
+        return Ok(AnyRecordingOf::Joints(recording.get().inner.clone()));
     }
     let path: PathBuf = argument.extract()?;
-    run(argument.py(), || Recording::read(&path)).map(Arc::new)
+    Ok(match run(argument.py(), || AnyRecording::read(&path))? {
+        AnyRecording::Object(recording) => AnyRecordingOf::Object(Arc::new(*recording)),
+        AnyRecording::Joints(recording) => AnyRecordingOf::Joints(Arc::new(*recording)),
+    })
 }
 
 /// Metadata from a mapping.
@@ -101,7 +132,8 @@ pub(crate) fn metadata_of(mapping: &Bound<'_, PyAny>) -> PyResult<Metadata> {
 ///
 /// Returns
 /// -------
-/// Recording
+/// Recording or JointRecording
+///     By the `format` in ``recording.toml``.
 ///
 /// Raises
 /// ------
@@ -114,8 +146,21 @@ pub(crate) fn metadata_of(mapping: &Bound<'_, PyAny>) -> PyResult<Metadata> {
 /// >>> len(trundle.read("recordings_run_3"))
 /// 3
 #[pyfunction]
-fn read(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
-    run(py, || Recording::read(&path)).map(PyRecording::wrap)
+fn read(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
+    Ok(match run(py, || AnyRecording::read(&path))? {
+        AnyRecording::Object(recording) => Py::new(py, PyRecording::wrap(*recording))?.into_any(),
+        AnyRecording::Joints(recording) => Py::new(py, PyJointRecording::wrap(*recording))?.into_any(),
+    })
+}
+
+/// Return a recording of a pushed object; a path is read.
+#[pyfunction]
+fn _pushed(recording: &Bound<'_, PyAny>) -> PyResult<Py<PyRecording>> {
+    if let Ok(recording) = recording.cast::<PyRecording>() {
+        return Ok(recording.clone().unbind());
+    }
+    let inner = recording_of(recording)?;
+    Py::new(recording.py(), PyRecording { inner, columns: EpisodeColumns::new() })
 }
 
 /// Exchange two folders atomically.
@@ -135,11 +180,7 @@ impl PyRecording {
     #[new]
     fn new(metadata: &Bound<'_, PyAny>, episodes: &Bound<'_, PyAny>) -> PyResult<Self> {
         let metadata = metadata_of(metadata)?;
-        let mut tables = Vec::new();
-        for item in episodes.call_method0("items")?.try_iter()? {
-            let (name, table): (String, Bound<'_, PyAny>) = item?.extract()?;
-            tables.push(columns::from_mapping(&name, &table)?);
-        }
+        let tables = episodes::from_mapping(episodes)?;
         run(episodes.py(), || Recording::new(metadata, tables)).map(Self::wrap)
     }
 
@@ -158,11 +199,7 @@ impl PyRecording {
     /// The episodes by name, in chronological order, as a new dict.
     #[getter]
     fn episodes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(slf.py());
-        for episode in &slf.get().inner.episodes {
-            dict.set_item(&episode.name, Self::__getitem__(slf, &episode.name)?)?;
-        }
-        Ok(dict)
+        episodes::dict(slf)
     }
 
     /// One episode as a data frame: a copy of the columns, ``t`` first, NaN for an empty cell.
@@ -182,23 +219,22 @@ impl PyRecording {
     /// TrundleError
     ///     If there is no such episode, or the extra `trundle[pandas]` is not installed.
     fn frame<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        Self::__getitem__(slf, name)?.call_method0("frame")
+        episodes::item(slf, name)?.call_method0("frame")
     }
 
     /// Names of the episodes.
     fn keys(&self) -> Vec<&str> {
-        self.inner.episodes.iter().map(|episode| episode.name.as_str()).collect()
+        episodes::keys(self)
     }
 
     /// The episodes.
     fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        slf.get().keys().into_iter().map(|name| Self::__getitem__(slf, name)).collect()
+        Ok(episodes::items(slf)?.into_iter().map(|(_, episode)| episode).collect())
     }
 
     /// Pairs of name and episode.
     fn items<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
-        let pair = |name: &str| Ok((name.to_owned(), Self::__getitem__(slf, name)?));
-        slf.get().keys().into_iter().map(pair).collect()
+        episodes::items(slf)
     }
 
     fn __len__(&self) -> usize {
@@ -206,23 +242,15 @@ impl PyRecording {
     }
 
     fn __contains__(&self, name: &Bound<'_, PyAny>) -> PyResult<bool> {
-        match name.cast::<PyString>() {
-            Ok(name) => Ok(self.keys().contains(&name.to_cow()?.as_ref())),
-            Err(_) => Ok(false),
-        }
+        episodes::contains(self, name)
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
-        self.keys().into_pyobject(py)?.try_iter()
+        episodes::iterate(py, self)
     }
 
     fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), slf.get());
-        let Some(columns) = this.columns(py)?.get_item(name)? else {
-            let known = this.keys().join(", ");
-            return Err(refused(format!("{name:?} is no episode of {}; there are: {known}", this.name())));
-        };
-        EPISODE.import(py, "trundle.episode", "Episode")?.call1((slf, name, columns))
+        episodes::item(slf, name)
     }
 
     /// Write the recording as a folder, atomically.
@@ -240,16 +268,14 @@ impl PyRecording {
     ///     If the folder cannot be written.
     #[pyo3(signature = (path, table = "csv"))]
     fn write(&self, py: Python<'_>, path: PathBuf, table: &str) -> PyResult<()> {
-        let Some(kind) = Table::ALL.into_iter().find(|kind| kind.extension() == table) else {
-            return Err(refused(format!("table = {table:?}: choose \"csv\" or \"parquet\"")));
-        };
+        let kind = episodes::table_of(table)?;
         run(py, || self.inner.write(&path, kind))
     }
 
     /// For `copy` and `pickle`.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyType>, Arguments<'py>)> {
         let (py, this) = (slf.py(), slf.get());
-        Ok((slf.get_type(), (this.metadata(py)?, this.columns(py)?.clone())))
+        Ok((slf.get_type(), (this.metadata(py)?, this.columns.get(py, &this.inner.episodes)?.clone())))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

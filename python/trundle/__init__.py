@@ -16,11 +16,13 @@ from trundle.episode import Episode
 from trundle.findings import Finding, Findings
 from trundle.identifiability import Profile, profile
 from trundle.inspection import check, inspect, prepare, smooth
+from trundle.joint_episode import JointEpisode
+from trundle.joint_summary import JointSummary
 from trundle.model import Model, effects
 from trundle.online import Online
 from trundle.posterior import Posterior, sample
 from trundle.prediction import Prediction, predict
-from trundle.recording import Recording, TrundleError, read
+from trundle.recording import JointRecording, Recording, TrundleError, read
 from trundle.simulation import demo, simulate
 from trundle.stream import Stream
 from trundle.summary import RecordingSummary
@@ -39,6 +41,9 @@ __all__ = [
     "Finding",
     "Findings",
     "Fit",
+    "JointEpisode",
+    "JointRecording",
+    "JointSummary",
     "Model",
     "Online",
     "Planner",

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from trundle import _native
-from trundle._native import Model, Recording, TrundleError
+from trundle._native import JointRecording, Model, Recording, TrundleError
 from trundle._types import Answer, FitSummary
 from trundle.atomic import atomic_folder
 from trundle.black_box import Parameters, Step, parse_parameters
 from trundle.display import Card, Displayed
-from trundle.input_checks import require_usable
+from trundle.input_checks import has_joints, name_of, require_usable
 from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs, render
 
@@ -332,6 +332,8 @@ def diagnose(
     >>> diagnosis.write("diagnosis").name
     'diagnosis'
     """
+    if has_joints(recording):
+        raise TrundleError(f"{name_of(recording)}: recordings of joints cannot be diagnosed yet")
     warnings = require_usable(recording) if check else []
     if step is not None:
         if model is not None or without:
@@ -359,8 +361,7 @@ def diagnose(
             wrench_pose=wrench_pose,
             progress=report,
         )
-    named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
-    command = command or f"trundle diagnose {named} --seed {seed}"
+    command = command or f"trundle diagnose {name_of(recording)} --seed {seed}"
     return build_diagnosis(recording, outcome, seed, command, model, warnings)
 
 
@@ -404,13 +405,21 @@ def native_recordings(
     recordings: Recording | PathLike | Sequence[Recording | PathLike],
 ) -> list[Recording | str]:
     """Return one or several recordings as the native functions expect them."""
-    if isinstance(recordings, Recording | str | os.PathLike):
+    if isinstance(recordings, Recording | JointRecording | str | os.PathLike):
         return [native_recording(recordings)]
     return [native_recording(recording) for recording in recordings]
 
 
 def native_recording(recording: Recording | PathLike) -> Recording | str:
-    """Return a recording as the native functions expect it: itself or the path of its folder."""
+    """Return a recording as the native functions expect it: itself or the path of its folder.
+
+    Raises
+    ------
+    TrundleError
+        For a recording of joints in memory; the native functions refuse its folder.
+    """
+    if isinstance(recording, JointRecording):
+        return _native._pushed(recording)
     return recording if isinstance(recording, Recording) else os.fspath(recording)
 
 

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._optional import require
-from trundle.display import Card, Displayed
+from trundle.display import Card
+from trundle.episode_table import EpisodeTable, Floats
 from trundle.stream import Stream, unit_of
 
 if TYPE_CHECKING:
-    import pandas as pd
     import xarray as xr
 
     from trundle._native import Recording
 
 __all__ = ["Episode"]
 
-Floats = NDArray[np.float64]
-
 PREFIXES = {"object": ("object_",), "gripper": ("gripper_",), "wrench": ("force_", "torque_")}
 """Beginnings of the names of the columns of each stream."""
 
 
-class Episode(Mapping[str, Floats], Displayed):
+class Episode(EpisodeTable):
     """One episode of a recording: a mapping of column names to read-only arrays, as in its table.
 
     All columns have one row per time stamp of any instrument, and NaN where a stream has no sample.
@@ -50,40 +46,7 @@ class Episode(Mapping[str, Floats], Displayed):
     True
     """
 
-    def __init__(self, recording: Recording, name: str, columns: Mapping[str, Floats]) -> None:
-        self.recording = recording
-        self.name = name
-        self._columns = dict(columns)
-
-    def __getitem__(self, column: str) -> Floats:
-        """Return a column with NaN in empty cells, shape (n,)."""
-        return self._columns[column]
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names of the columns, ``t`` first."""
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        """Return the number of columns."""
-        return len(self._columns)
-
-    def __eq__(self, other: object) -> bool:
-        """Whether both are the same episode of equal recordings."""
-        if not isinstance(other, Episode):
-            return NotImplemented
-        return self.name == other.name and self.recording == other.recording
-
-    __hash__ = None  # type: ignore[assignment]
-
-    @property
-    def held_out(self) -> bool:
-        """Whether the episode is held out: predicted, never fitted."""
-        return self.name in self.recording.metadata.get("split", {}).get("held_out", [])
-
-    @property
-    def duration(self) -> float:
-        """Time from the first to the last row, s."""
-        return float(self["t"][-1] - self["t"][0])
+    recording: Recording
 
     @property
     def streams(self) -> dict[str, Stream]:
@@ -157,25 +120,6 @@ class Episode(Mapping[str, Floats], Displayed):
                 "reading", t, wrenches, prepared["reading"], "on the object, reading axes, tared"
             ),
         }
-
-    def frame(self) -> pd.DataFrame:
-        """Return all columns as a pandas data frame: a copy, ``t`` first, NaN for an empty cell.
-
-        The data frames of the streams, such as ``episode.object.frame()``, have no empty cells.
-
-        Raises
-        ------
-        TrundleError
-            If pandas is not installed.
-
-        Examples
-        --------
-        >>> list(episode.frame().columns[:2])
-        ['t', 'object_x']
-        """
-        pandas = require("pandas", "pandas", "data frames")
-        table: pd.DataFrame = pandas.DataFrame(dict(self))
-        return table
 
     def to_xarray(self) -> xr.Dataset:
         """Return all streams as an xarray dataset.

@@ -5,16 +5,26 @@ from __future__ import annotations
 import os
 from typing import TypeAlias
 
-from trundle._native import Recording, TrundleError, read
+from trundle._native import JointRecording, Recording, TrundleError, read
 from trundle.findings import Finding, Findings
 from trundle.inspection import check
 
-__all__ = ["held_out_findings", "require_usable"]
+__all__ = ["has_joints", "held_out_findings", "name_of", "require_usable"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
 
-def require_usable(recording: Recording | PathLike) -> list[str]:
+def name_of(recording: Recording | JointRecording | PathLike) -> str:
+    """Return the name of a recording, or its path, for messages."""
+    return recording.name if isinstance(recording, Recording | JointRecording) else os.fspath(recording)
+
+
+def has_joints(recording: Recording | JointRecording | PathLike) -> bool:
+    """Whether a recording is one of joints (``trundle-recording/2``); a path is read."""
+    return isinstance(_opened(recording), JointRecording)
+
+
+def require_usable(recording: Recording | JointRecording | PathLike) -> list[str]:
     """Refuse a recording whose units, sign, axes, clocks or motion are certainly wrong.
 
     A diagnosis cannot find such errors: an effect of the catalogue may fit a wrong sign or a wrong unit well.
@@ -35,14 +45,13 @@ def require_usable(recording: Recording | PathLike) -> list[str]:
     """
     findings = check(recording)
     if findings.errors:
-        name = recording.name if isinstance(recording, Recording) else os.fspath(recording)
-        raise TrundleError(f"{name}: " + "; ".join(map(str, findings.errors)))
+        raise TrundleError(f"{name_of(recording)}: " + "; ".join(map(str, findings.errors)))
     return [str(finding) for finding in findings.warnings]
 
 
-def held_out_findings(recording: Recording | PathLike) -> Findings:
+def held_out_findings(recording: Recording | JointRecording | PathLike) -> Findings:
     """Return a finding if no episode is held out."""
-    data = recording if isinstance(recording, Recording) else read(recording)
+    data = _opened(recording)
     if data.metadata.get("split", {}).get("held_out"):
         return Findings()
     names = list(data)
@@ -51,3 +60,7 @@ def held_out_findings(recording: Recording | PathLike) -> Findings:
         remedy = f"record more pushes, and {remedy.replace(names[-1], 'NAME')}"
     sentence = "no episode is held out, so the error of a model on new pushes is not measured"
     return Findings([Finding("held_out", "warning", sentence, remedy)])
+
+
+def _opened(recording: Recording | JointRecording | PathLike) -> Recording | JointRecording:
+    return recording if isinstance(recording, Recording | JointRecording) else read(recording)

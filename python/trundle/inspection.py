@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from typing import TypeAlias
+from typing import Any, TypeAlias, overload
 
 from trundle import _native
-from trundle._native import Recording, prepare, smooth
+from trundle._native import JointRecording, Recording, prepare, smooth
 from trundle.findings import Finding, Findings
+from trundle.joint_summary import JointSummary
 from trundle.summary import RecordingSummary
 
 __all__ = ["check", "inspect", "prepare", "smooth"]
@@ -15,18 +16,19 @@ __all__ = ["check", "inspect", "prepare", "smooth"]
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
 
-def check(recording: Recording | PathLike) -> Findings:
+def check(recording: Recording | JointRecording | PathLike) -> Findings:
     """Check a recording for mistakes, without any model, as ``trundle check`` does.
 
     Parameters
     ----------
-    recording : Recording or path
+    recording : Recording, JointRecording or path
         The recording, or its folder.
 
     Returns
     -------
     Findings
-        A sequence of `Finding`, most severe first: units, signs, axes, clocks, tare and excitation.
+        A sequence of `Finding`, most severe first: units, signs, axes, clocks, tare and excitation. For joints
+        also the order of columns, wrapped angles, quantisation, saturation, encoders.
 
     Raises
     ------
@@ -43,19 +45,26 @@ def check(recording: Recording | PathLike) -> Findings:
     return Findings(Finding(**found) for found in _native._check(recording))
 
 
-def inspect(recording: Recording | PathLike) -> RecordingSummary:
+@overload
+def inspect(recording: Recording) -> RecordingSummary: ...
+@overload
+def inspect(recording: JointRecording) -> JointSummary: ...
+@overload
+def inspect(recording: PathLike) -> RecordingSummary | Any: ...
+def inspect(recording: Recording | JointRecording | PathLike) -> RecordingSummary | JointSummary:
     """Summarise a recording in numbers, as ``trundle info`` does.
 
     Parameters
     ----------
-    recording : Recording or path
+    recording : Recording, JointRecording or path
         The recording, or its folder.
 
     Returns
     -------
-    RecordingSummary
+    RecordingSummary or JointSummary
         Noise and mass, and for each episode the rates, gaps, numbers of masked samples, ranges of the tared
-        wrench, travel and speed.
+        wrench, travel and speed. For joints the noise, and for each episode and joint the rates, ranges and
+        the largest speed.
 
     Raises
     ------
@@ -68,4 +77,5 @@ def inspect(recording: Recording | PathLike) -> RecordingSummary:
     >>> [episode.name for episode in summary.episodes if episode.held_out]
     ['episode_02']
     """
-    return RecordingSummary.parse(_native._inspect(recording))
+    found = _native._inspect(recording)
+    return JointSummary.parse(found) if "joints" in found else RecordingSummary.parse(found)

@@ -20,6 +20,7 @@ from trundle.atomic import atomic_file
 from trundle.diagnosis import native_recording, read_model
 from trundle.display import Card, Displayed, Table
 from trundle.display.formatting import format_number
+from trundle.input_checks import name_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -256,7 +257,7 @@ def predict(
     """
     if out is not None:
         parquet_path(out)
-    name = recording.name if isinstance(recording, Recording) else os.fspath(recording)
+    name = name_of(recording)
     found = Prediction(name, _native._predict(native_recording(recording), read_model(model)))
     if out is not None:
         found.write(out)

@@ -1,5 +1,5 @@
 """Recordings: reading, construction and writing, with validation."""
 
-from trundle._native import Recording, TrundleError, read
+from trundle._native import JointRecording, Recording, TrundleError, read
 
-__all__ = ["Recording", "TrundleError", "read"]
+__all__ = ["JointRecording", "Recording", "TrundleError", "read"]

@@ -15,9 +15,9 @@ use crate::recording::Recording;
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyRecording {
     /// A pushed object: `trundle-recording/1`.
-    Object(Recording),
+    Object(Box<Recording>),
     /// A mechanism with joints: `trundle-recording/2`.
-    Joints(JointRecording),
+    Joints(Box<JointRecording>),
 }
 
 impl AnyRecording {
@@ -35,8 +35,8 @@ impl AnyRecording {
             _ => document.contains_key("mechanism"),
         };
         match has_joints {
-            true => JointRecording::from_folder(&folder).map(Self::Joints),
-            false => Recording::from_folder(&folder).map(Self::Object),
+            true => JointRecording::from_folder(&folder).map(|found| Self::Joints(Box::new(found))),
+            false => Recording::from_folder(&folder).map(|found| Self::Object(Box::new(found))),
         }
     }
 }

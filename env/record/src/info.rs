@@ -109,7 +109,7 @@ fn episode_info(episode: &Episode, prepared: &Prepared, dataset: &Dataset) -> Ep
     }
 }
 
-fn stream_info(t: &[f64]) -> StreamInfo {
+pub(crate) fn stream_info(t: &[f64]) -> StreamInfo {
     StreamInfo {
         samples: t.len(),
         rate: median_step(t).map(|step| 1.0 / step),
@@ -118,7 +118,7 @@ fn stream_info(t: &[f64]) -> StreamInfo {
     }
 }
 
-fn range(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+pub(crate) fn range(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
     if low > high { [0.0; 2] } else { [low, high] }

@@ -30,8 +30,9 @@ pub use inertia::InertialShare;
 pub use info::{EpisodeInfo, Info, StreamInfo, inspect};
 pub use joints::{
     Axis, DelayMeta, EffortMeta, EffortSettings, EffortSource, EncoderMeta, EncoderSide, EpisodeMeta, FreeOr,
-    JOINT_FORMAT, JointMetadata, JointNoise, JointRecording, MechanismMeta, Payload, PerJoint, StartMeta,
-    TargetMeta, TargetSettings,
+    JOINT_FORMAT, JointEpisodeInfo, JointInfo, JointMetadata, JointMotionInfo, JointNoise, JointNoiseInfo,
+    JointRecording, MechanismMeta, Payload, PerJoint, StartMeta, TargetMeta, TargetSettings, check_joints,
+    inspect_joints,
 };
 pub use metadata::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,

@@ -1,7 +1,7 @@
 //! Messages of all faults. `tests/cases/*.txt` has one case per paragraph:
 //!
 //! - `case: NAME`.
-//! - `table: tilting` starts from the sample with a tilting gripper.
+//! - `table: tilting` starts from the sample with a tilting gripper, `table: joints` from that of joints.
 //! - `toml: OLD -> NEW` and `csv: OLD -> NEW` edit the minimal recording. An empty OLD appends NEW.
 //! - `message: TEXT` is the expected message, with `RUN` for the folder, or `accepted`.
 
@@ -11,22 +11,28 @@ mod sample;
 
 use std::fs;
 
-use trundle_record::Recording;
+use trundle_record::{JointRecording, Recording};
 
 struct Case<'a> {
     name: &'a str,
     toml: String,
     csv: String,
+    joints: bool,
     message: &'a str,
 }
 
 fn parse(paragraph: &str) -> Case<'_> {
-    let mut case = Case { name: "", toml: sample::TOML.to_owned(), csv: sample::CSV.to_owned(), message: "" };
+    let (toml, csv) = (sample::TOML.to_owned(), sample::CSV.to_owned());
+    let mut case = Case { name: "", toml, csv, joints: false, message: "" };
     for line in paragraph.lines() {
         let (key, value) = line.split_once(':').unwrap_or_else(|| panic!("{line:?}"));
         match (key, value.trim()) {
             ("case", name) => case.name = name,
             ("table", "tilting") => case.csv = sample::TILTING.to_owned(),
+            ("table", "joints") => {
+                (case.toml, case.csv) = (sample::JOINTS_TOML.to_owned(), sample::JOINTS_CSV.to_owned());
+                case.joints = true;
+            }
             ("toml", edit) => case.toml = edited(&case.toml, edit),
             ("csv", edit) => case.csv = edited(&case.csv, edit),
             ("message", message) => case.message = message,
@@ -50,9 +56,15 @@ fn check_cases(cases: &str) {
     let mut wrong = Vec::new();
     for case in cases.trim_end().split("\n\n").map(parse) {
         let home = tempfile::tempdir().unwrap();
-        sample::folder(home.path(), &case.toml, &case.csv);
-        let found = match Recording::read(home.path()) {
-            Ok(_) => "accepted".to_owned(),
+        let read = if case.joints {
+            sample::joint_folder(home.path(), &case.toml, &case.csv);
+            JointRecording::read(home.path()).map(drop)
+        } else {
+            sample::folder(home.path(), &case.toml, &case.csv);
+            Recording::read(home.path()).map(drop)
+        };
+        let found = match read {
+            Ok(()) => "accepted".to_owned(),
             Err(error) => error.to_string().replace(&home.path().display().to_string(), "RUN"),
         };
         if found != case.message {
@@ -75,6 +87,11 @@ fn faults_of_tables() {
 #[test]
 fn faults_of_tables_and_metadata_together() {
     check_cases(include_str!("cases/together.txt"));
+}
+
+#[test]
+fn faults_of_joints() {
+    check_cases(include_str!("cases/joints.txt"));
 }
 
 #[test]

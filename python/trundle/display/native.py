@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,26 +10,47 @@ import numpy as np
 from trundle.display.card import Card, Table
 from trundle.display.formatting import format_number, join_names
 from trundle.episode import Episode
+from trundle.episode_table import EpisodeTable
 
-__all__ = ["model_card", "recording_card"]
+__all__ = ["joint_recording_card", "model_card", "recording_card"]
 
 
 def recording_card(recording: Any) -> Card:
     """Return the card of a recording."""
     metadata, episodes = recording.metadata, recording.values()
-    held_out = [episode.name for episode in episodes if episode.held_out]
-    training = [episode.name for episode in episodes if not episode.held_out]
-    durations = [episode.duration for episode in episodes]
     facts = [
         ("object", _object(metadata["object"])),
-        ("training", f"{len(training)}: {join_names(training)}"),
-        ("held out", f"{len(held_out)}: {join_names(held_out)}" if held_out else "none"),
-        ("duration", f"{sum(durations):.1f} s in total, {_range(durations)} s per episode"),
+        *_split(episodes),
         ("streams", "; ".join(_streams(episodes)) or "none"),
         ("wrench", _wrench(metadata["wrench"])),
         ("noise", _noise(metadata.get("noise"))),
     ]
     return Card(f"trundle.Recording {recording.name!r}: {len(episodes)} episodes", facts)
+
+
+def joint_recording_card(recording: Any) -> Card:
+    """Return the card of a recording of joints."""
+    mechanism, episodes = recording.metadata["mechanism"], recording.values()
+    kind = (
+        f"model {mechanism['model']}" if "model" in mechanism else f"one {mechanism['axis']} axis, no model"
+    )
+    facts = [("mechanism", kind), *_split(episodes)]
+    streams = {joint: ", ".join(found) for joint, found in episodes[0].streams.items()}
+    rows = [(joint, found) for joint, found in streams.items()]
+    title = f"trundle.JointRecording {recording.name!r}: {len(episodes)} episodes"
+    return Card(title, facts, Table(("joint", "streams"), rows))
+
+
+def _split(episodes: Sequence[EpisodeTable]) -> list[tuple[str, str]]:
+    """Return the facts on training, held-out episodes and durations."""
+    held_out = [episode.name for episode in episodes if episode.held_out]
+    training = [episode.name for episode in episodes if not episode.held_out]
+    durations = [episode.duration for episode in episodes]
+    return [
+        ("training", f"{len(training)}: {join_names(training)}"),
+        ("held out", f"{len(held_out)}: {join_names(held_out)}" if held_out else "none"),
+        ("duration", f"{sum(durations):.1f} s in total, {_range(durations)} s per episode"),
+    ]
 
 
 def _object(found: dict[str, Any]) -> str:

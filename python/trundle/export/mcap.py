@@ -34,7 +34,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from trundle._native import Recording, TrundleError, read
+from trundle._native import Recording, TrundleError, _pushed
 from trundle._optional import require
 from trundle.atomic import report_target_path
 from trundle.export.markers import MARKERS, TRANSFORMS, Marker, arrow_markers, scene_markers
@@ -102,7 +102,7 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
     'run_3.mcap'
     """
     rosbag2 = require("rosbags.rosbag2", "ros", "MCAP files")
-    whole = recording if isinstance(recording, Recording) else read(recording)
+    whole = _pushed(recording)
     path = Path(path)
     _check_target(path)
     placed = _assign_stamps(whole)

@@ -6,11 +6,12 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
+from trundle._native import _pushed
 from trundle.inspection import prepare
 from trundle.model import Model
 from trundle.picture import outlines
 from trundle.prediction import predict
-from trundle.recording import Recording, TrundleError, read
+from trundle.recording import Recording, TrundleError
 from trundle.report.series import Series
 
 __all__ = [
@@ -28,7 +29,7 @@ PathLike: TypeAlias = "str | os.PathLike[str]"
 
 def read_recording(given: Recording | PathLike) -> Recording:
     """Return a recording, read from its folder if a path is given."""
-    return given if isinstance(given, Recording) else read(given)
+    return _pushed(given)
 
 
 def choose(names: Sequence[str], wanted: str | Sequence[str] | None, of: str) -> list[str]:

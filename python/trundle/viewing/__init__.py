@@ -9,9 +9,10 @@ import os
 from pathlib import Path
 from typing import TypeAlias
 
+from trundle import _native
 from trundle.atomic import atomic_file
 from trundle.diagnosis import Diagnosis
-from trundle.recording import Recording, TrundleError
+from trundle.recording import JointRecording, Recording, TrundleError
 
 __all__ = ["view"]
 
@@ -63,6 +64,8 @@ def view(
     from trundle.viewing.rrd import write_rrd
     from trundle.viewing.sources import load_scene
 
+    if isinstance(source, JointRecording):
+        source = _native._pushed(source)  # refused
     given = source if isinstance(source, Recording | Diagnosis) else Path(source)
     target = Path(out) if out is not None else default_target(given)
     check_target(target)

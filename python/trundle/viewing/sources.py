@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from trundle._native import _pushed
 from trundle._optional import require
 from trundle.diagnosis import ANSWER_FILE, Diagnosis
 from trundle.model import Model
-from trundle.recording import Recording, TrundleError, read
+from trundle.recording import Recording, TrundleError
 from trundle.report.series import Series
 from trundle.viewing.diagnosed import SIDES, Diagnosed, diagnosed_scene
 from trundle.viewing.recorded import recorded_scene
@@ -71,7 +72,7 @@ def check_source(path: Path) -> None:
 
 def open_recording(recording: Recording | Path) -> Recording:
     """Return a recording, read from its folder if it is a path."""
-    return recording if isinstance(recording, Recording) else read(recording)
+    return _pushed(recording)
 
 
 def name_of(source: Recording | Path) -> str:

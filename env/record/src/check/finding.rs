@@ -30,11 +30,11 @@ pub struct Finding {
 }
 
 impl Finding {
-    pub(super) fn new(kind: &'static str, severity: Severity, sentence: String, remedy: &str) -> Self {
+    pub(crate) fn new(kind: &'static str, severity: Severity, sentence: String, remedy: &str) -> Self {
         Self { kind, severity, sentence, remedy: remedy.to_owned(), episode: None }
     }
 
-    pub(super) fn in_episode(self, episode: &str) -> Self {
+    pub(crate) fn in_episode(self, episode: &str) -> Self {
         Self { episode: Some(episode.to_owned()), ..self }
     }
 }

@@ -41,23 +41,46 @@ pub(crate) fn gaps(input: &CheckInput) -> Vec<Finding> {
 }
 
 fn drop_out(stream: &str, episode: &EpisodeData, t: &[f64], all: &[Vec<f64>]) -> Option<(f64, Finding)> {
+    let gap = unexplained_gap(t, all).filter(|gap| gap.to >= episode.prepared.contact)?;
+    let remedy = "record without drop-outs, or split the episode at the gap: the motion in it is unknown";
+    let finding = Finding::new("gaps", Severity::Warning, gap.sentence(stream), remedy);
+    Some((gap.length(), finding.in_episode(episode.name())))
+}
+
+/// An interval without a sample.
+pub(crate) struct Gap {
+    /// Last sample before it, s.
+    pub from: f64,
+    /// First sample after it, s.
+    pub to: f64,
+    /// Median interval of the stream, s.
+    pub step: f64,
+}
+
+impl Gap {
+    /// Its length, s.
+    pub fn length(&self) -> f64 {
+        self.to - self.from
+    }
+
+    /// A sentence about the gap in `stream`.
+    pub fn sentence(&self, stream: &str) -> String {
+        let (length, from, step) = (self.length(), self.from, 1e3 * self.step);
+        format!(
+            "no {stream} sample for {length:.2} s from t = {from:.2} s on; the median step is {step:.0} ms"
+        )
+    }
+}
+
+/// The longest interval of `t`, if random losses do not explain it. `all` are the times of the stream in all episodes.
+pub(crate) fn unexplained_gap(t: &[f64], all: &[Vec<f64>]) -> Option<Gap> {
     let step = median_step(t).filter(|step| *step > 0.0)?;
     let duration = t.last()? - t.first()?;
     let longest = t.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
-    let (from, to) = (longest[0], longest[1]);
-    let length = to - from;
-    let random = longest_random_gap(t, all, step, length);
-    if length < (MIN_STEPS * step).max(MIN_EPISODE_SHARE * duration).max(random)
-        || to < episode.prepared.contact
-    {
-        return None;
-    }
-    let sentence = format!(
-        "no {stream} sample for {length:.2} s from t = {from:.2} s on; the median step is {:.0} ms",
-        1e3 * step
-    );
-    let remedy = "record without drop-outs, or split the episode at the gap: the motion in it is unknown";
-    Some((length, Finding::new("gaps", Severity::Warning, sentence, remedy).in_episode(episode.name())))
+    let gap = Gap { from: longest[0], to: longest[1], step };
+    let random = longest_random_gap(t, all, step, gap.length());
+    let shortest = (MIN_STEPS * step).max(MIN_EPISODE_SHARE * duration).max(random);
+    (gap.length() >= shortest).then_some(gap)
 }
 
 /// Longest gap that random losses explain, s. The loss rate is estimated from the other intervals.

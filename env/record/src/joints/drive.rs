@@ -45,7 +45,7 @@ pub struct EncoderMeta {
 
 /// Origin of an effort.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "lowercase", expecting = "\"measured\", \"commanded\", \"current\" or \"voltage\"")]
 pub enum EffortSource {
     /// Measured by a sensor; interpolated between samples.
     #[default]
@@ -60,7 +60,7 @@ pub enum EffortSource {
 
 /// Side of a transmission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "lowercase", expecting = "\"joint\" or \"drive\"")]
 pub enum EncoderSide {
     /// Behind the gear, on the joint.
     #[default]

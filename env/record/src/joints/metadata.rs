@@ -82,7 +82,7 @@ pub struct MechanismMeta {
 
 /// Type of a joint without a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "lowercase", expecting = "\"hinge\" or \"slide\"")]
 pub enum Axis {
     /// Rotation; positions in rad, efforts in N m.
     Hinge,

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::columns::{check_title, title};
 use super::files::read_models;
 use super::metadata::JointMetadata;
+use super::validate::check_metadata;
 use crate::episode::Episode;
 use crate::error::Error;
 use crate::folder::Folder;
@@ -67,8 +68,10 @@ impl JointRecording {
     pub(crate) fn from_folder(folder: &Folder) -> Result<Self, Error> {
         let read = || {
             let metadata = JointMetadata::from_toml(&folder.text)?;
-            let episodes = folder.episodes(&|title| check_title(title, &metadata.mechanism.joints))?;
+            // Wrong joints make all columns unknown, so the error is about the joints.
+            check_metadata(&metadata)?;
             let files = read_models(&metadata, &folder.path)?;
+            let episodes = folder.episodes(&|title| check_title(title, &metadata.mechanism.joints))?;
             Self::new(metadata, episodes, files)
         };
         read().map_err(|error| folder.locate(error))

@@ -12,9 +12,10 @@ from trundle.cli.options import add_recording
 from trundle.cli.paths import Output, declare
 
 if TYPE_CHECKING:
+    from trundle.joint_summary import JointSummary
     from trundle.summary import EpisodeSummary, NoiseLevels, RecordingSummary, StreamSummary
 
-HELP = "Summarise a recording: episodes, rates, gaps, masked samples, forces, travel, noise."
+HELP = "Summarise a recording: episodes, rates, gaps, masked samples, forces, travel, noise; or its joints."
 EXAMPLE = "trundle info recording/ --picture recording.png"
 
 COLUMNS = "episode||length s|contact s|poses|Hz|gaps|masked|wrenches|Hz|gaps|peak N|travel m|turn rad"
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the summary, and draw the picture if requested."""
     import trundle
+    from trundle.joint_summary import JointSummary
 
     recording = trundle.read(args.recording)
     info = trundle.inspect(recording)
@@ -41,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     text = (
         json.dumps(info.to_dict(), indent=2, ensure_ascii=False)
         if args.json
-        else "\n".join(format_info(info))
+        else "\n".join(format_joints(info) if isinstance(info, JointSummary) else format_info(info))
     )
     print(text)
     return 0
@@ -60,6 +62,23 @@ def format_info(info: RecordingSummary) -> list[str]:
         f"  noise: {format_noise(info.noise)}",
         "",
         *align([tuple(COLUMNS.split("|")), *(episode_row(episode) for episode in episodes)]),
+    ]
+
+
+def format_joints(info: JointSummary) -> list[str]:
+    """Format the summary of a recording of joints as lines."""
+    from trundle.joint_summary import format_noise as format_joint_noise
+
+    episodes = info.episodes
+    held_out = sum(episode.held_out for episode in episodes)
+    seconds = sum(episode.duration for episode in episodes)
+    return [
+        info.name,
+        f"  {len(episodes)} episodes, {held_out} held out, {seconds:.1f} s in total",
+        f"  mechanism: {f'model {info.model}' if info.model else 'one axis, no model'}",
+        f"  noise: {', '.join(map(format_joint_noise, info.joints))}",
+        "",
+        *align([tuple(info.table.heads), *map(tuple, info.table.rows)]),
     ]
 
 

@@ -5,7 +5,7 @@ mod table;
 mod values;
 
 use super::files::check_files;
-use super::metadata::JOINT_FORMAT;
+use super::metadata::{JOINT_FORMAT, JointMetadata};
 use super::recording::JointRecording;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
@@ -18,9 +18,7 @@ impl JointRecording {
     /// The first fault found, with its file, row, column, value and remedy.
     pub fn validate(&self) -> Result<(), Error> {
         let metadata = &self.metadata;
-        check_header(&metadata.format, &metadata.name)?;
-        mechanism::check(&metadata.mechanism)?;
-        values::check(metadata)?;
+        check_metadata(metadata)?;
         check_names(&self.episodes)?;
         for name in metadata.episode.keys() {
             check_known_episode(&self.episodes, name, &format!("episode.{name}"))?;
@@ -29,6 +27,13 @@ impl JointRecording {
         check_files(metadata, &self.files)?;
         self.episodes.iter().try_for_each(|episode| table::check(episode, metadata))
     }
+}
+
+/// Checks all values that do not depend on the tables and models.
+pub(super) fn check_metadata(metadata: &JointMetadata) -> Result<(), Error> {
+    check_header(&metadata.format, &metadata.name)?;
+    mechanism::check(&metadata.mechanism)?;
+    values::check(metadata)
 }
 
 fn check_header(format: &str, name: &str) -> Result<(), Error> {
