@@ -1,16 +1,26 @@
 """Mechanisms of hinge and slide joints: MJCF and URDF models evaluated by MuJoCo.
 
 Needs the extra `[mujoco]`. `Mechanism.load` reads a model, `Mechanism.inverse_dynamics` and
-`Mechanism.regressors` evaluate it along a measured motion.
+`Mechanism.regressors` evaluate it along a measured motion, and `simulate` simulates it.
 """
 
 from __future__ import annotations
 
+from trundle.mechanism.drives import EffortDrive, PositionDrive, SwitchedDrive
 from trundle.mechanism.loading import Payload
 from trundle.mechanism.model import Mechanism
 from trundle.mechanism.regressors import Regressors
+from trundle.mechanism.simulation import simulate
 
-__all__ = ["Mechanism", "Payload", "Regressors"]
+__all__ = [
+    "EffortDrive",
+    "Mechanism",
+    "Payload",
+    "PositionDrive",
+    "Regressors",
+    "SwitchedDrive",
+    "simulate",
+]
 
 
 def __dir__() -> list[str]:
