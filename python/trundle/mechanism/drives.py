@@ -129,7 +129,7 @@ class SwitchedDrive:
         """Return effort and damping of the drive where it is on."""
         on = self.series(t)
         effort, damping = self.drive(t, q, v)
-        return on * effort, on * damping
+        return effort * on, damping * on
 
 
 class Series:
@@ -159,8 +159,9 @@ class Series:
             return self._row(0)
         if self.hold or row + 1 >= len(self.times):
             return self._row(row)
-        share = (t - self.times[row]) / (self.times[row + 1] - self.times[row])
-        return self._row(row) * (1 - share) + self._row(row + 1) * share
+        share = float((t - self.times[row]) / (self.times[row + 1] - self.times[row]))
+        mixed: Floats = self.values[row] * (1 - share) + self.values[row + 1] * share
+        return mixed
 
     def _row(self, row: int) -> Floats:
         values: Floats = self.values[row]
