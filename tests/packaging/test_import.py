@@ -51,6 +51,7 @@ sys.meta_path.insert(0, Absent())
 NEEDS_EXTRA = (
     "trundle.envs.sb3",
     "trundle.export.callback",
+    "trundle.export.mjcf_patch.callback",
     "trundle.importers.hdf5_child",
     "trundle.plots.notebook_figure",
 )

@@ -21,7 +21,7 @@ def remove_appearance(spec: Any) -> None:
         spec.delete(element)
 
 
-def remove_meshes(spec: Any, name: str, moving: Collection[str]) -> list[str]:
+def remove_meshes(spec: Any, name: str, moving: Collection[str], *, only_missing: bool = False) -> list[str]:
     """Remove geoms with missing meshes or height fields, and geoms of meshes that only have an appearance.
 
     Parameters
@@ -31,6 +31,8 @@ def remove_meshes(spec: Any, name: str, moving: Collection[str]) -> list[str]:
         Name of the model for messages.
     moving : collection of str
         Names of the bodies that move; the inertia of others does not matter.
+    only_missing : bool
+        Whether to keep geoms that only have an appearance.
 
     Returns
     -------
@@ -65,7 +67,7 @@ def remove_meshes(spec: Any, name: str, moving: Collection[str]) -> list[str]:
                 "missing; put the file where the model expects it, or give the body an <inertial> element"
             )
         collides = bool(geom.contype or geom.conaffinity)
-        if not exists or not (shapes_inertia or collides):
+        if not exists or not (shapes_inertia or collides or only_missing):
             missing += [] if exists else [mesh.file]
             spec.delete(geom)
     _remove_unused_assets(spec)

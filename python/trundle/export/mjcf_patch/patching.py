@@ -1,0 +1,100 @@
+"""The refitted values and effects of a model, applied to a specification."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from trundle._native import TrundleError
+from trundle.export.mjcf_patch.actuators import ACTUATOR_EFFECTS, set_target_drive
+from trundle.export.mjcf_patch.bodies import BODY_EFFECTS, scale_mass
+from trundle.export.mjcf_patch.joints import JOINT_EFFECTS, finish_stops
+from trundle.export.mjcf_patch.specification import Patch, open_patch, set_linear
+from trundle.mechanism import JointEffect, MechanismModel
+from trundle.mechanism.source import compile_model
+
+__all__ = ["apply_model", "patch_text"]
+
+TARGET_VALUES = ("target_stiffness", "target_damping", "target_limit")
+INSTRUMENTS = ("effort_delay", "effort_lag")
+"""Effects of the recorded effort that a simulation does not have."""
+
+
+def compute(patch: Patch, effect: JointEffect) -> None:
+    """Leave an effect to the callback."""
+    patch.joint(effect)
+    patch.compute(effect)
+
+
+def note_instrument(patch: Patch, effect: JointEffect) -> None:
+    """Note an effect of the recorded effort."""
+    patch.notes.append(f"{effect.name} is a property of the recorded effort and not part of the model.")
+
+
+EFFECTS = {
+    **JOINT_EFFECTS,
+    **BODY_EFFECTS,
+    **ACTUATOR_EFFECTS,
+    "joint_directional_friction": compute,
+    "joint_cogging": compute,
+    **dict.fromkeys(INSTRUMENTS, note_instrument),
+}
+"""Functions by the kind of the effect, in the order in which they are applied."""
+
+
+def apply_model(model: MechanismModel, source: str | os.PathLike[str], folder: Path) -> Patch:
+    """Apply a model to an MJCF or URDF file.
+
+    Parameters
+    ----------
+    model : MechanismModel
+    source : path
+        The file that the model refers to.
+    folder : Path
+        Where the patched model will be.
+
+    Raises
+    ------
+    TrundleError
+        If a value or effect is unknown, or lacks a parameter.
+    """
+    patch = open_patch(Path(source), model.mechanism.joints, folder)
+    targets: dict[str, dict[str, float]] = {}
+    for key, value in model.nominal.items():
+        kind, _, name = key.partition(":")
+        if kind in ("armature", "damping"):
+            set_linear(patch.joint_named(name, key), kind, value)
+        elif kind == "mass":
+            scale_mass(patch, name, value)
+        elif kind in TARGET_VALUES:
+            patch.joint_named(name, key)
+            targets.setdefault(name, {})[kind] = value
+        else:
+            known = ", ".join(("armature", "damping", "mass", *TARGET_VALUES))
+            raise TrundleError(f"[nominal] {key!r}: unknown value; known are {known}, each with :NAME")
+    for joint, values in targets.items():
+        set_target_drive(patch, joint, values)
+    unknown = [effect.kind for effect in model.effect if effect.kind not in EFFECTS]
+    if unknown:
+        raise TrundleError(f"[[effect]] kind = {unknown[0]!r}: unknown; known are {', '.join(EFFECTS)}")
+    order = list(EFFECTS)
+    for effect in sorted(model.effect, key=lambda one: order.index(one.kind)):
+        try:
+            EFFECTS[effect.kind](patch, effect)
+        except KeyError as error:
+            raise TrundleError(f"[[effect]] {effect.name}: `{error.args[0]}` is missing") from error
+    return patch
+
+
+def patch_text(patch: Patch) -> str:
+    """Return the MJCF text of a patched specification, with its notes at the top."""
+    compiled = compile_model(patch.spec, patch.name)
+    if patch.stiffness:
+        finish_stops(patch, compiled)
+        compile_model(patch.spec, patch.name)
+    lines = ["Written by trundle export --mjcf-patch. Comments of the original file are not kept."]
+    computed = sorted({f"{entry['kind']}:{entry['joint']}" for entry in patch.in_callback})
+    if computed:
+        lines.append(f"effects.py computes {', '.join(computed)}.")
+    text = "\n".join(line.replace("--", "-") for line in [*lines, *patch.notes])
+    return f"<!--\n{text}\n-->\n{patch.spec.to_xml()}"
