@@ -75,7 +75,7 @@ def patched(tmp_path: Path, described: MechanismModel, text: str = ROBOT) -> Pat
     (tmp_path / "source").mkdir(exist_ok=True)
     (tmp_path / "source" / "robot.xml").write_text(text)
     described.write(tmp_path / "source" / "model.toml")
-    return write_mjcf_patch(tmp_path / "source" / "model.toml", tmp_path / "patched")
+    return write_mjcf_patch(tmp_path / "source" / "model.toml", tmp_path / "exports" / "patched")
 
 
 def play(folder: Path, start: Floats = START, drive: Callable[[float], Floats] = control) -> Floats:
@@ -291,7 +291,7 @@ def test_an_encoder_offset_shifts_positions_and_all_that_refers_to_them(tmp_path
     expected = reference(law)
     assert expected[:, 0].max() > 0.36
     np.testing.assert_allclose(found - np.array([offset, 0.0]), expected, atol=5e-3)
-    compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "patched" / "robot.xml"))
+    compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "exports" / "patched" / "robot.xml"))
     np.testing.assert_allclose(compiled.joint("shoulder").range, np.radians([-170, 170]) + offset, atol=1e-5)
 
 
@@ -336,7 +336,10 @@ def test_backlash_opens_to_its_width(tmp_path: Path) -> None:
     )
     assert not compiled.jnt_limited[compiled.joint("shoulder").id]
     assert compiled.nkey == 0
-    assert "the sum of shoulder and shoulder_play" in (tmp_path / "patched" / "robot.xml").read_text()
+    assert (
+        "the sum of shoulder and shoulder_play"
+        in (tmp_path / "exports" / "patched" / "robot.xml").read_text()
+    )
 
 
 def test_ranges_respect_bounds(tmp_path: Path) -> None:
@@ -385,7 +388,7 @@ def test_files_of_the_original_are_found_from_the_new_folder(tmp_path: Path) -> 
 def test_refusals(described: MechanismModel, message: str, tmp_path: Path) -> None:
     with pytest.raises(TrundleError, match=message):
         patched(tmp_path, described)
-    assert not (tmp_path / "patched").exists()
+    assert not (tmp_path / "exports").exists()
 
 
 def test_an_axis_cannot_be_patched(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from tests.mechanism.models import ARM, JOINTS, motion
 from trundle import TrundleError
-from trundle.mechanism import Mechanism, Payload
+from trundle.mechanism import Mechanism, Payload, touching_bodies
 
 BODY = '<body name="{0}"><joint name="{0}_joint" axis="0 1 0"/><geom size="0.1"/>{1}</body>'
 PAIR = BODY.format("a", BODY.format("b", "{inner}"))
@@ -46,7 +46,6 @@ def test_properties() -> None:
     assert arm.damping.tolist() == [2.0, 0.3, 0.0, 0.0]
     assert arm.frictionloss.tolist() == [0.0, 0.4, 0.0, 0.0]
     assert arm.stiffness.tolist() == [0.0, 1.5, 0.0, 0.0]
-    assert arm.is_hinge.tolist() == [False, True, True, False]
     assert np.isinf(arm.ranges).all()
     assert [arm.rigid_group(body) for body in ("wedge", "hand", "rail")] == ["upper", "rail", "rail"]
     with pytest.raises(TrundleError, match="'base' does not move; the moving bodies are upper, rail"):
@@ -150,6 +149,27 @@ def test_a_locked_parent_does_not_collide_with_its_child() -> None:
     touching = Mechanism.load(model(base), ["arm_joint"])
     mujoco.mj_forward(touching.compiled, touching.data)
     assert touching.data.ncon == 1
+    at_rest = [np.zeros((2, 1))] * 3
+    assert touching.regressors(*at_rest).contacts.tolist() == [1, 1]
+    assert arm.regressors(*at_rest).contacts.tolist() == [0, 0]
+    assert touching_bodies(touching, [[0.0], [0.1]]) == {("base", "arm"): 1.0}
+    assert touching_bodies(arm, [[0.0]]) == {}
+    apart = Mechanism.load(model(base), ["arm_joint"], contacts=False)
+    assert apart.regressors(*at_rest).contacts.tolist() == [0, 0]
+
+
+def test_limits_and_contacts_are_a_part_of_the_effort() -> None:
+    joint = '<joint name="j" type="slide" axis="0 0 1" {0}/>'
+    body = f'<body name="arm">{joint}<geom size="0.1" pos="0 0 0.09"/></body>'
+    floor = '<geom type="plane" size="1 1 1"/>'
+    at_rest = [np.zeros((1, 1))] * 3
+    free = Mechanism.load(model(body.format("")), ["j"]).regressors(*at_rest)
+    assert free.constraint[0, 0] == 0.0
+    limited = Mechanism.load(model(body.format('range="0.01 1" limited="true"')), ["j"])
+    standing = Mechanism.load(model(floor + body.format("")), ["j"])
+    for held in (limited.regressors(*at_rest), standing.regressors(*at_rest)):
+        assert held.constraint[0, 0] < -1.0
+        np.testing.assert_allclose(held.effort - held.constraint, free.effort)
 
 
 FREE = '<body name="box"><freejoint/><geom size="0.1"/></body>'

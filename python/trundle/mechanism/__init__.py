@@ -7,6 +7,7 @@ model file.
 
 from __future__ import annotations
 
+from trundle.mechanism.contacts import touching_bodies
 from trundle.mechanism.drives import EffortDrive, PositionDrive, SwitchedDrive
 from trundle.mechanism.files import JointEffect, MechanismModel, MechanismTable, Posterior
 from trundle.mechanism.loading import Payload
@@ -26,6 +27,7 @@ __all__ = [
     "Regressors",
     "SwitchedDrive",
     "simulate",
+    "touching_bodies",
 ]
 
 

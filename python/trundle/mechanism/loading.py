@@ -46,7 +46,7 @@ class Payload:
 
 
 def load_model(
-    source: str | os.PathLike[str], joints: Sequence[str], payload: Payload | None
+    source: str | os.PathLike[str], joints: Sequence[str], payload: Payload | None, contacts: bool
 ) -> tuple[Any, Coordinates, list[str]]:
     """Load a model; `Mechanism.load` describes the arguments and errors.
 
@@ -69,7 +69,7 @@ def load_model(
     if payload is not None:
         _attach(spec, name, payload, moving)
     compiled = compile_model(spec, name)
-    switch_off(compiled)
+    switch_off(compiled, contacts=contacts)
     names = tuple(compiled.joint(k).name for k in range(compiled.njnt))
     return compiled, Coordinates(names, compiled.qpos0.copy(), tuple(joints), couplings), missing_files
 

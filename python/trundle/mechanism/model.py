@@ -71,7 +71,12 @@ class Mechanism:
 
     @classmethod
     def load(
-        cls, source: str | os.PathLike[str], joints: Sequence[str], *, payload: Payload | None = None
+        cls,
+        source: str | os.PathLike[str],
+        joints: Sequence[str],
+        *,
+        payload: Payload | None = None,
+        contacts: bool = True,
     ) -> Mechanism:
         """Load a model.
 
@@ -84,6 +89,8 @@ class Mechanism:
             The recorded joints.
         payload : Payload, optional
             A known mass on one of the moving bodies.
+        contacts : bool
+            Whether bodies can touch; see `touching_bodies`.
 
         Raises
         ------
@@ -98,7 +105,7 @@ class Mechanism:
         Traceback (most recent call last):
         trundle.TrundleError: model text: unknown joint 'elbow'; the joints of the model are none
         """
-        compiled, coordinates, missing_files = load_model(source, joints, payload)
+        compiled, coordinates, missing_files = load_model(source, joints, payload, contacts)
         return cls(compiled, coordinates, joints, missing_files)
 
     @property
@@ -142,12 +149,6 @@ class Mechanism:
         """(n, 2) Limits of the joints, rad or m; infinite without a limit."""
         limited = self.compiled.jnt_limited.astype(bool)[:, None]
         return self._at_joints(np.where(limited, self.compiled.jnt_range, [-np.inf, np.inf]))
-
-    @property
-    def is_hinge(self) -> NDArray[np.bool_]:
-        """(n,) Whether a joint is a hinge; otherwise it is a slide."""
-        hinge = int(import_mujoco().mjtJoint.mjJNT_HINGE)
-        return np.array(self.compiled.jnt_type[self.coordinates.index] == hinge)
 
     def rigid_group(self, body: str) -> str:
         """Return the moving body that a body of the model is fixed to.
@@ -213,7 +214,7 @@ class Mechanism:
         return self.smooth_effort(*motion) + self.coordinates.project(friction, slope)
 
     def regressors(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, derivatives: bool = True) -> Regressors:
-        """Return the effort that the model needs for a motion as `inverse_dynamics`, and its derivatives.
+        """Return the effort as `inverse_dynamics`, and its derivatives: see `Regressors`.
 
         Those by position and velocity take most of the time; `derivatives=False` leaves them out.
         """
@@ -233,13 +234,7 @@ class Mechanism:
         return self.coordinates.project(inverse_dynamics(self.compiled, self.data, *motion), slope)
 
     def column(self, joint: str) -> int:
-        """Return the column of a recorded joint.
-
-        Raises
-        ------
-        TrundleError
-            If the joint is not recorded.
-        """
+        """Return the column of a recorded joint, or raise a TrundleError."""
         if joint not in self.joints:
             known = ", ".join(self.joints)
             raise TrundleError(f"joint {joint!r} is not recorded; the recorded joints are {known}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.mechanism.evaluation import inverse_with_frames
+from trundle.mechanism.evaluation import evaluate, inverse_by_velocity
 from trundle.mechanism.inertial import body_columns, gravity_columns
 
 if TYPE_CHECKING:
@@ -52,6 +52,11 @@ class Regressors:
         true + offset gives its negative. Not of friction.
     velocity : (T, n, n) array or None
         By the velocities, friction not included.
+    constraint : (T, n) array
+        The part of the effort that works against limits and contacts. It is not part of the derivatives by
+        mass, gravity and payload.
+    contacts : (T,) array
+        Number of contacts that MuJoCo finds in each pose.
 
     Examples
     --------
@@ -75,6 +80,8 @@ class Regressors:
     payload: dict[str, Floats]
     position: Floats | None
     velocity: Floats | None
+    constraint: Floats
+    contacts: NDArray[np.intp]
 
 
 def evaluate_regressors(
@@ -99,46 +106,52 @@ def _evaluate(mechanism: Mechanism, q: Floats, v: Floats, a: Floats, derivatives
     coordinates, model = mechanism.coordinates, mechanism.compiled
     motion = coordinates.expand(q, v, a)
     slope = motion[3]
-    effort, matrix, frames = inverse_with_frames(model, mechanism.data, *motion[:3])
+    found = evaluate(model, mechanism.data, *motion[:3])
     friction = coordinates.project(model.dof_frictionloss * np.sign(motion[1]), slope)
     mass, payload, gravity = {}, {}, np.zeros((len(q), len(model.jnt_type), 3))
     # Compensation of gravity by an actuator is disabled with it, so that it is part of the effort.
     passive = ~model.jnt_actgravcomp.astype(bool)[:, None]
     for group in mechanism.groups:
-        place = (frames, group.body, group.chain)
+        place = (found.frames, group.body, group.chain)
         total, weight = body_columns(*place, motion[1], motion[2], model.opt.gravity)
         own = total @ group.parameters - passive[:, 0] * (weight @ group.compensated)
         mass[group.name] = coordinates.project(own / group.mass, slope)
         payload[group.name] = coordinates.project(total, slope)
         gravity += gravity_columns(*place, group.parameters + group.carried)
         gravity -= passive * gravity_columns(*place, group.compensated)
-    by_position = by_velocity = None
-    if derivatives:
-        by_position = _differences(mechanism, (q, v, a), 0, POSITION_STEP)
-        by_velocity = _differences(mechanism, (q, v, a), 1, VELOCITY_STEP)
-    inertia = coordinates.project(matrix, slope).transpose(0, 2, 1)
+    inertia = coordinates.project(found.matrix, slope).transpose(0, 2, 1)
     return Regressors(
-        effort=coordinates.project(effort, slope) + friction,
+        effort=coordinates.project(found.effort, slope) + friction,
         friction=friction,
         mass_matrix=coordinates.project(inertia, slope),
         mass=mass,
         gravity=coordinates.project(gravity, slope),
         payload=payload,
-        position=by_position,
-        velocity=by_velocity,
+        position=_by_position(mechanism, q, v, a) if derivatives else None,
+        velocity=_by_velocity(mechanism, q, v, a) if derivatives else None,
+        constraint=coordinates.project(found.constraint, slope),
+        contacts=found.contacts,
     )
 
 
-def _differences(
-    mechanism: Mechanism, motion: tuple[Floats, Floats, Floats], which: int, step: float
-) -> Floats:
-    """Return central differences, (T, n, n), of the effort by one of position and velocity."""
+def _by_position(mechanism: Mechanism, q: Floats, v: Floats, a: Floats) -> Floats:
+    """Return central differences, (T, n, n), of the effort by position."""
     columns = []
     for k in range(mechanism.coordinates.n):
-        sides = []
-        for sign in (1.0, -1.0):
-            moved = [each.copy() for each in motion]
-            moved[which][:, k] += sign * step
-            sides.append(mechanism.smooth_effort(*moved))
-        columns.append((sides[0] - sides[1]) / (2 * step))
+        step = np.zeros(mechanism.coordinates.n)
+        step[k] = POSITION_STEP
+        change = mechanism.smooth_effort(q + step, v, a) - mechanism.smooth_effort(q - step, v, a)
+        columns.append(change / (2 * POSITION_STEP))
+    return np.stack(columns, axis=2)
+
+
+def _by_velocity(mechanism: Mechanism, q: Floats, v: Floats, a: Floats) -> Floats:
+    """Return central differences, (T, n, n), of the effort by velocity."""
+    coordinates = mechanism.coordinates
+    positions, _, _, slope = coordinates.expand(q, v, a)
+    steps = VELOCITY_STEP * np.eye(coordinates.n)
+    motions = [coordinates.expand(q, v + sign * step, a)[1:3] for step in steps for sign in (1, -1)]
+    efforts = inverse_by_velocity(mechanism.compiled, mechanism.data, positions, motions)
+    changes = [up - down for up, down in zip(efforts[::2], efforts[1::2], strict=True)]
+    columns = [coordinates.project(change, slope) / (2 * VELOCITY_STEP) for change in changes]
     return np.stack(columns, axis=2)

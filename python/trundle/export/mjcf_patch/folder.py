@@ -75,9 +75,9 @@ def write_mjcf_patch(
     if not source.is_file():
         raise TrundleError(f"{source}: no such file; give the MJCF or URDF file with --mjcf FILE")
     folder = Path(folder)
-    patch = apply_model(read, source, folder)
+    patch = apply_model(read, source)
     written = {
-        MARKER: patch_text(patch),
+        MARKER: patch_text(patch, folder),
         "model.toml": read.to_toml(),
         "randomisation.toml": tomli_w.dumps(randomisation(read)),
     }

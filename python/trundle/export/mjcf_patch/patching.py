@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from trundle._native import TrundleError
@@ -42,7 +43,7 @@ EFFECTS = {
 """Functions by the kind of the effect, in the order in which they are applied."""
 
 
-def apply_model(model: MechanismModel, source: str | os.PathLike[str], folder: Path) -> Patch:
+def apply_model(model: MechanismModel, source: str | os.PathLike[str]) -> Patch:
     """Apply a model to an MJCF or URDF file.
 
     Parameters
@@ -50,15 +51,13 @@ def apply_model(model: MechanismModel, source: str | os.PathLike[str], folder: P
     model : MechanismModel
     source : path
         The file that the model refers to.
-    folder : Path
-        Where the patched model will be.
 
     Raises
     ------
     TrundleError
         If a value or effect is unknown, or lacks a parameter.
     """
-    patch = open_patch(Path(source), model.mechanism.joints, folder)
+    patch = open_patch(Path(source), model.mechanism.joints)
     targets: dict[str, dict[str, float]] = {}
     for key, value in model.nominal.items():
         kind, _, name = key.partition(":")
@@ -86,8 +85,15 @@ def apply_model(model: MechanismModel, source: str | os.PathLike[str], folder: P
     return patch
 
 
-def patch_text(patch: Patch) -> str:
-    """Return the MJCF text of a patched specification, with its notes at the top."""
+def patch_text(patch: Patch, folder: Path) -> str:
+    """Return the MJCF text of a patched specification, with its notes at the top.
+
+    Parameters
+    ----------
+    patch : Patch
+    folder : Path
+        Where the text will be stored: paths of meshes and textures are relative to it.
+    """
     compiled = compile_model(patch.spec, patch.name)
     if patch.stiffness:
         finish_stops(patch, compiled)
@@ -97,4 +103,19 @@ def patch_text(patch: Patch) -> str:
     if computed:
         lines.append(f"effects.py computes {', '.join(computed)}.")
     text = "\n".join(line.replace("--", "-") for line in [*lines, *patch.notes])
-    return f"<!--\n{text}\n-->\n{patch.spec.to_xml()}"
+    return f"<!--\n{text}\n-->\n{relocated(patch, folder)}"
+
+
+def relocated(patch: Patch, folder: Path) -> str:
+    """Return the MJCF text with directories of meshes and textures relative to another folder."""
+    root = ET.fromstring(patch.spec.to_xml())
+    compiler = root.find("compiler")
+    if compiler is None:
+        compiler = ET.Element("compiler")
+        root.insert(0, compiler)
+    used = {"meshdir": (*patch.spec.meshes, *patch.spec.hfields), "texturedir": patch.spec.textures}
+    for kind, assets in used.items():
+        if any(asset.file for asset in assets):
+            directory = (patch.directory / getattr(patch.spec, kind)).resolve()
+            compiler.set(kind, Path(os.path.relpath(directory, folder.resolve())).as_posix())
+    return ET.tostring(root, encoding="unicode") + "\n"

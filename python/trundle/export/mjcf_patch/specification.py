@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,6 +30,8 @@ class Patch:
         The user's model with its recorded joints.
     name : str
         Name of the source for messages.
+    directory : Path
+        Folder of the source, to which its paths of meshes are relative.
     chains : dict of str to list of str
         Joints whose positions add up to that of a recorded joint: the drive's, and its play or compliance.
     offsets : dict of str to float
@@ -47,6 +48,7 @@ class Patch:
     original: Any
     mechanism: Mechanism
     name: str
+    directory: Path
     chains: dict[str, list[str]]
     offsets: dict[str, float] = field(default_factory=dict)
     stiffness: dict[str, float] = field(default_factory=dict)
@@ -89,7 +91,7 @@ class Patch:
         )
 
 
-def open_patch(source: Path, joints: Sequence[str], folder: Path) -> Patch:
+def open_patch(source: Path, joints: Sequence[str]) -> Patch:
     """Read the model to patch.
 
     Parameters
@@ -98,8 +100,6 @@ def open_patch(source: Path, joints: Sequence[str], folder: Path) -> Patch:
         The user's MJCF or URDF file.
     joints : sequence of str
         The recorded joints.
-    folder : Path
-        Where the patched model will be; paths of meshes are relative to it.
     """
     spec, name = read_specification(source)
     name_bodies(spec)
@@ -113,16 +113,8 @@ def open_patch(source: Path, joints: Sequence[str], folder: Path) -> Patch:
     if missing:
         notes.append(f"Geoms of missing files are removed: {', '.join(missing)}.")
     original = compile_model(spec, name)
-    for kind in ("meshdir", "texturedir"):
-        directory = (source.parent / getattr(spec, kind)).resolve()
-        setattr(spec, kind, relative(directory, folder))
     chains = {joint: [joint] for joint in joints}
-    return Patch(spec, original, mechanism, name, chains, notes=notes)
-
-
-def relative(path: Path, folder: Path) -> str:
-    """Return the path of a directory from a folder, with slashes."""
-    return Path(os.path.relpath(path, folder.resolve())).as_posix()
+    return Patch(spec, original, mechanism, name, source.parent, chains, notes=notes)
 
 
 def set_linear(element: Any, name: str, value: float, order: int = 0) -> None:
