@@ -226,6 +226,25 @@ def test_refusals(text: str, joints: list[str], message: str) -> None:
         Mechanism.load(text.replace("{inner}", ""), joints)
 
 
+def test_options_that_inverse_dynamics_cannot_use_are_reset() -> None:
+    plain = Mechanism.load(ARM, JOINTS).inverse_dynamics(*motion())
+    option = '<option gravity="0.3 -0.2 -9.7">'
+    discrete = ARM.replace(
+        option[:-1] + "/>", option + '<flag invdiscrete="enable" sleep="enable"/></option>'
+    )
+    np.testing.assert_array_equal(Mechanism.load(discrete, JOINTS).inverse_dynamics(*motion()), plain)
+    without = ARM.replace(option[:-1] + "/>", option + '<flag gravity="disable"/></option>')
+    found = Mechanism.load(without, JOINTS).regressors(*motion())
+    fallen = found.effort + found.gravity @ [0.3, -0.2, -9.7]
+    np.testing.assert_allclose(fallen, plain, atol=1e-11)
+
+
+def test_an_old_version_of_mujoco_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mujoco, "__version__", "3.9.1")
+    with pytest.raises(TrundleError, match=r"need mujoco 3\.14 or newer, not 3\.9\.1: pip install --upgrade"):
+        Mechanism.load(ARM, JOINTS)
+
+
 def test_constraints_and_tendons_without_effect_on_recorded_joints_are_removed() -> None:
     rest = TENDON.format("") + '<equality><connect body1="a" body2="b" anchor="0 0 0"/></equality>'
     mocap = '<body name="target" mocap="true"/>'

@@ -104,6 +104,13 @@ def test_the_payload_is_no_part_of_the_mass_but_has_weight(arm: Mechanism) -> No
     np.testing.assert_allclose(change, found.gravity[:, :, 2], atol=1e-11)
 
 
+def test_options_of_the_compiler_do_not_change_a_payload() -> None:
+    text = ARM.replace("<compiler ", '<compiler boundmass="0.01" boundinertia="0.001" ')
+    loaded = Mechanism.load(text, JOINTS, payload=Payload("hand", 0.6, (0.1, 0.0, 0.0)))
+    assert loaded.compiled.body("trundle_payload").mass[0] == 0.6
+    assert loaded.compiled.body("trundle_payload").inertia.tolist() == [0.0, 0.0, 0.0]
+
+
 def test_the_mass_matrix_is_the_derivative_by_acceleration(arm: Mechanism, found: Regressors) -> None:
     q, v, a = motion()
     for k in range(len(JOINTS)):

@@ -20,9 +20,15 @@ Floats = NDArray[np.float64]
 def switch_off(model: Any, *, contacts: bool) -> None:
     """Disable dry friction, equality constraints, actuation, sensors and perhaps contacts in a model.
 
-    Dry friction is added outside of MuJoCo, where it is soft. Coupled joints follow exactly.
+    Dry friction is added outside of MuJoCo, where it is soft. Coupled joints follow exactly. Time is
+    continuous, and no body sleeps. Disabled gravity becomes zero gravity, where derivatives are taken.
     """
-    bits = import_mujoco().mjtDisableBit
+    mujoco = import_mujoco()
+    bits, enabled = mujoco.mjtDisableBit, mujoco.mjtEnableBit
+    model.opt.enableflags &= ~int(enabled.mjENBL_INVDISCRETE | enabled.mjENBL_SLEEP)
+    if model.opt.disableflags & int(bits.mjDSBL_GRAVITY):
+        model.opt.gravity[:] = 0.0
+        model.opt.disableflags &= ~int(bits.mjDSBL_GRAVITY)
     model.opt.disableflags |= int(
         bits.mjDSBL_FRICTIONLOSS | bits.mjDSBL_EQUALITY | bits.mjDSBL_ACTUATION | bits.mjDSBL_SENSOR
     )

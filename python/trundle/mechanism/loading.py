@@ -12,7 +12,7 @@ from trundle.mechanism import locking
 from trundle.mechanism.coupling import Coordinates
 from trundle.mechanism.evaluation import switch_off
 from trundle.mechanism.meshes import remove_appearance, remove_meshes
-from trundle.mechanism.source import compile_model, read_specification
+from trundle.mechanism.source import compile_model, import_mujoco, read_specification
 
 __all__ = ["PAYLOAD", "Payload", "load_model"]
 
@@ -69,6 +69,8 @@ def load_model(
     if payload is not None:
         _attach(spec, name, payload, moving)
     compiled = compile_model(spec, name)
+    if payload is not None:
+        _restore(compiled, payload)
     switch_off(compiled, contacts=contacts)
     names = tuple(compiled.joint(k).name for k in range(compiled.njnt))
     return compiled, Coordinates(names, compiled.qpos0.copy(), tuple(joints), couplings), missing_files
@@ -84,3 +86,11 @@ def _attach(spec: Any, name: str, payload: Payload, moving: Mapping[str, str]) -
     body = spec.body(payload.body).add_body(name=PAYLOAD)
     body.explicitinertial = True
     body.mass, body.ipos, body.inertia = payload.mass, list(payload.com), [0.0, 0.0, 0.0]
+
+
+def _restore(compiled: Any, payload: Payload) -> None:
+    """Undo what options of the compiler, such as `boundinertia`, did to a payload."""
+    mujoco = import_mujoco()
+    body = compiled.body(PAYLOAD).id
+    compiled.body_mass[body], compiled.body_inertia[body] = payload.mass, 0.0
+    mujoco.mj_setConst(compiled, mujoco.MjData(compiled))

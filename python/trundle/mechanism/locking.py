@@ -107,11 +107,14 @@ def _follow(tie: Any, name: str, *, driver_known: bool) -> tuple[str, Coupling]:
 def moving_bodies(spec: Any, kept: Collection[str] | None = None) -> dict[str, str]:
     """Return the bodies below a kept joint, or any joint, each with the first body of its rigid group."""
     first: dict[str, str] = {}
-    for body in spec.bodies:
+    open_bodies = [(body, "") for body in spec.worldbody.bodies]
+    while open_bodies:
+        body, group = open_bodies.pop()
         if any(kept is None or joint.name in kept for joint in body.joints):
-            first[body.name] = body.name
-        elif body.parent is not None and body.parent.name in first:
-            first[body.name] = first[body.parent.name]
+            group = body.name
+        if group:
+            first[body.name] = group
+        open_bodies += [(child, group) for child in body.bodies]
     return first
 
 

@@ -205,7 +205,7 @@ def forward_model(compiled: Any, longest: float) -> Any:
     mujoco = import_mujoco()
     model, bits = copy.copy(compiled), mujoco.mjtDisableBit
     model.opt.disableflags &= ~int(bits.mjDSBL_FRICTIONLOSS | bits.mjDSBL_EQUALITY)
-    model.opt.disableflags |= int(getattr(bits, "mjDSBL_AUTORESET", 0))
+    model.opt.disableflags |= int(bits.mjDSBL_AUTORESET)
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     model.dof_solref[:] = [2 * longest, 1.0]
     model.dof_solimp[:] = FRICTION_SOLIMP

@@ -11,10 +11,25 @@ from trundle._optional import require
 
 __all__ = ["compile_model", "import_mujoco", "read_specification"]
 
+MIN_VERSION = (3, 14)
+
 
 def import_mujoco() -> Any:
-    """Import MuJoCo, or name the extra that installs it."""
-    return require("mujoco", "mujoco", "mechanisms with a model")
+    """Import MuJoCo, or name the extra that installs it.
+
+    Raises
+    ------
+    TrundleError
+        If it is missing or too old: earlier versions do not import mimic joints of a URDF.
+    """
+    mujoco = require("mujoco", "mujoco", "mechanisms with a model")
+    if tuple(int(part) for part in mujoco.__version__.split(".")[:2]) < MIN_VERSION:
+        wanted = ".".join(map(str, MIN_VERSION))
+        raise TrundleError(
+            f"mechanisms with a model need mujoco {wanted} or newer, not {mujoco.__version__}: "
+            "pip install --upgrade mujoco"
+        )
+    return mujoco
 
 
 def read_specification(source: str | os.PathLike[str]) -> tuple[Any, str]:

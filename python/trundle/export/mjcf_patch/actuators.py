@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from trundle._native import TrundleError
 from trundle.export.mjcf_patch.specification import Patch
 from trundle.mechanism import JointEffect
 from trundle.mechanism.source import import_mujoco
@@ -75,8 +74,6 @@ def set_delay(patch: Patch, effect: JointEffect) -> None:
     """Delay the control; the buffer holds enough samples for the model's step."""
     delay = effect.parameters["delay"]
     for actuator in find_drives(patch, patch.joint(effect).name):
-        if not hasattr(actuator, "delay"):
-            raise TrundleError(f"{effect.name}: this version of MuJoCo has no delay; install a newer mujoco")
         actuator.delay = delay
         actuator.nsample = math.ceil(delay / patch.original.opt.timestep) + 1
     patch.notes.append(

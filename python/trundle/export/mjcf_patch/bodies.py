@@ -29,8 +29,9 @@ def make_inertias_explicit(patch: Patch) -> None:
     """If the model takes all inertias from geoms, write them into the bodies instead."""
     rule = import_mujoco().mjtInertiaFromGeom
     if patch.spec.compiler.inertiafromgeom == rule.mjINERTIAFROMGEOM_TRUE:
-        for body in patch.spec.bodies[1:]:
-            set_inertia(patch, body, 1.0)
+        for body in patch.spec.bodies:
+            if patch.original.body(body.name).mass[0] > 0:
+                set_inertia(patch, body, 1.0)
         patch.spec.compiler.inertiafromgeom = rule.mjINERTIAFROMGEOM_AUTO
 
 

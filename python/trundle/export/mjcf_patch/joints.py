@@ -8,12 +8,12 @@ import numpy as np
 
 from trundle._native import TrundleError
 from trundle.export.mjcf_patch.actuators import find_drives
-from trundle.export.mjcf_patch.specification import Patch, set_linear
+from trundle.export.mjcf_patch.specification import Patch
 from trundle.mechanism import JointEffect
 from trundle.mechanism.simulation import FRICTION_SOLIMP
 from trundle.mechanism.source import import_mujoco
 
-__all__ = ["JOINT_EFFECTS", "finish_stops", "linear"]
+__all__ = ["JOINT_EFFECTS", "finish_stops"]
 
 STOP_IMPEDANCE = 1e-3
 """Constant impedance of stops, so small that the soft constraint adds no mass to the elastic contact."""
@@ -22,23 +22,14 @@ FAR = 1e6
 PLAY_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 
 
-def linear(values: Any) -> float:
-    """Return the linear coefficient of a quantity that may be a polynomial."""
-    return float(np.ravel(values)[0])
-
-
 def add_damping(patch: Patch, effect: JointEffect) -> None:
     """Add viscous friction."""
-    joint = patch.joint(effect)
-    set_linear(joint, "damping", linear(joint.damping) + effect.parameters["damping"])
+    patch.joint(effect).damping[0] += effect.parameters["damping"]
 
 
 def add_drag(patch: Patch, effect: JointEffect) -> None:
     """Add a torque that is quadratic in velocity: the second coefficient of MuJoCo's damping."""
-    joint = patch.joint(effect)
-    held = np.ravel(joint.damping)
-    present = float(held[1]) if len(held) > 1 else 0.0
-    set_linear(joint, "damping", present + effect.parameters["coefficient"], order=1)
+    patch.joint(effect).damping[1] += effect.parameters["coefficient"]
 
 
 def add_armature(patch: Patch, effect: JointEffect) -> None:
@@ -84,8 +75,8 @@ def shift_encoder(patch: Patch, effect: JointEffect) -> None:
 def add_elasticity(patch: Patch, effect: JointEffect) -> None:
     """Add a joint for the compliance between drive and joint."""
     extra = insert_joint(patch, effect, "compliance")
-    set_linear(extra, "stiffness", effect.parameters["stiffness"])
-    set_linear(extra, "damping", effect.parameters.get("damping", 0.0))
+    extra.stiffness[0] = effect.parameters["stiffness"]
+    extra.damping[0] = effect.parameters.get("damping", 0.0)
 
 
 def add_backlash(patch: Patch, effect: JointEffect) -> None:
@@ -115,8 +106,7 @@ def insert_joint(patch: Patch, effect: JointEffect, suffix: str) -> Any:
     move_to_output(patch, joint)
     extra = joint.parent.add_joint(name=f"{joint.name}_{suffix}", type=joint.type)
     extra.axis, extra.pos = joint.axis, joint.pos
-    for name in ("stiffness", "damping"):
-        set_linear(extra, name, 0.0)
+    extra.stiffness, extra.damping = [0.0] * 3, [0.0] * 3
     extra.armature = extra.frictionloss = 0.0
     extra.limited = import_mujoco().mjtLimited.mjLIMITED_FALSE
     patch.chains[joint.name].append(extra.name)
@@ -144,10 +134,10 @@ def move_to_output(patch: Patch, joint: Any) -> None:
         tendon.solref_limit, tendon.solimp_limit = joint.solref_limit, joint.solimp_limit
         tendon.margin = joint.margin
         joint.limited = import_mujoco().mjtLimited.mjLIMITED_FALSE
-    if linear(joint.stiffness):
+    if joint.stiffness[0]:
         rest = patch.original.qpos_spring[dof] + shift
-        add_spring_tendon(patch, joint.name, linear(joint.stiffness), rest)
-        set_linear(joint, "stiffness", 0.0)
+        add_spring_tendon(patch, joint.name, joint.stiffness[0], rest)
+        joint.stiffness[0] = 0.0
 
 
 def add_spring(patch: Patch, effect: JointEffect) -> None:
@@ -158,11 +148,11 @@ def add_spring(patch: Patch, effect: JointEffect) -> None:
     if len(patch.chains[joint.name]) > 1:
         add_spring_tendon(patch, joint.name, stiffness, rest)
         return
-    present, angle = linear(joint.stiffness), patch.angle(joint)
+    present, angle = joint.stiffness[0], patch.angle(joint)
     total = present + stiffness
     if total:
         joint.springref = (present * joint.springref + stiffness * rest * angle) / total
-        set_linear(joint, "stiffness", total)
+        joint.stiffness[0] = total
 
 
 def add_stop(patch: Patch, effect: JointEffect) -> None:
@@ -190,7 +180,7 @@ def add_spring_tendon(patch: Patch, joint: str, stiffness: float, rest: float) -
     tendon = patch.spec.add_tendon(name=f"{joint}_spring{count or ''}")
     for each in patch.chains[joint]:
         tendon.wrap_joint(each, 1.0)
-    set_linear(tendon, "stiffness", stiffness)
+    tendon.stiffness[0] = stiffness
     tendon.springlength = [rest, rest]
 
 

@@ -10,7 +10,7 @@ from trundle._native import TrundleError
 from trundle.export.mjcf_patch.actuators import ACTUATOR_EFFECTS, set_target_drive
 from trundle.export.mjcf_patch.bodies import BODY_EFFECTS, scale_mass
 from trundle.export.mjcf_patch.joints import JOINT_EFFECTS, finish_stops
-from trundle.export.mjcf_patch.specification import Patch, open_patch, set_linear
+from trundle.export.mjcf_patch.specification import Patch, open_patch
 from trundle.mechanism import JointEffect, MechanismModel
 from trundle.mechanism.source import compile_model
 
@@ -62,7 +62,11 @@ def apply_model(model: MechanismModel, source: str | os.PathLike[str]) -> Patch:
     for key, value in model.nominal.items():
         kind, _, name = key.partition(":")
         if kind in ("armature", "damping"):
-            set_linear(patch.joint_named(name, key), kind, value)
+            joint = patch.joint_named(name, key)
+            if kind == "armature":
+                joint.armature = value
+            else:
+                joint.damping[0] = value
         elif kind == "mass":
             scale_mass(patch, name, value)
         elif kind in TARGET_VALUES:
@@ -98,7 +102,7 @@ def patch_text(patch: Patch, folder: Path) -> str:
     if patch.stiffness:
         finish_stops(patch, compiled)
         compile_model(patch.spec, patch.name)
-    lines = ["Written by trundle export --mjcf-patch. Comments of the original file are not kept."]
+    lines = ["Patched by trundle export. Comments of the original file are not kept."]
     computed = sorted({f"{entry['kind']}:{entry['joint']}" for entry in patch.in_callback})
     if computed:
         lines.append(f"effects.py computes {', '.join(computed)}.")

@@ -14,7 +14,7 @@ from trundle.mechanism.locking import moving_bodies, name_bodies
 from trundle.mechanism.meshes import remove_appearance, remove_meshes
 from trundle.mechanism.source import compile_model, import_mujoco, read_specification
 
-__all__ = ["Patch", "open_patch", "set_linear"]
+__all__ = ["Patch", "open_patch"]
 
 
 @dataclass
@@ -115,14 +115,3 @@ def open_patch(source: Path, joints: Sequence[str]) -> Patch:
     original = compile_model(spec, name)
     chains = {joint: [joint] for joint in joints}
     return Patch(spec, original, mechanism, name, source.parent, chains, notes=notes)
-
-
-def set_linear(element: Any, name: str, value: float, order: int = 0) -> None:
-    """Set a coefficient of a quantity that newer versions of MuJoCo hold as a polynomial."""
-    held = getattr(element, name)
-    if isinstance(held, float | int):
-        if order:
-            raise TrundleError(f"{name} of {element.name!r}: this version of MuJoCo has no quadratic {name}")
-        setattr(element, name, value)
-    else:
-        held[order] = value
