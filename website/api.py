@@ -12,7 +12,7 @@ import trundle
 
 __all__ = ["api_pages", "documented_names", "public_modules"]
 
-SUBMODULES = ("export", "importers", "plots", "report")
+SUBMODULES = ("export", "importers", "mechanism", "plots", "report")
 """Public modules that `import trundle` does not load."""
 
 

@@ -28,7 +28,7 @@ from trundle.stream import Stream
 from trundle.summary import RecordingSummary
 
 if _TYPE_CHECKING:
-    from trundle import baselines, calibration, envs, export, importers, plots, report
+    from trundle import baselines, calibration, envs, export, importers, mechanism, plots, report
     from trundle.agent import AdaptiveAgent
     from trundle.record_wrapper import Record
     from trundle.viewing import view
@@ -68,6 +68,7 @@ __all__ = [
     "fit",
     "importers",
     "inspect",
+    "mechanism",
     "objects",
     "plots",
     "predict",
@@ -89,6 +90,7 @@ _LAZY = {
     "envs": "trundle",
     "export": "trundle",
     "importers": "trundle",
+    "mechanism": "trundle",
     "plots": "trundle",
     "report": "trundle",
     "view": "trundle.viewing",

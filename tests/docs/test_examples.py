@@ -66,3 +66,12 @@ def test_arrays_are_diagnosed(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     names = {"diagnosis.json", "model.toml", "predictions.parquet", "report.html"}
     assert {path.name for path in (tmp_path / "found").iterdir()} == names
     assert "diagnosed: explained" in capsys.readouterr().out
+
+
+def test_regressors_find_what_a_robot_has_in_addition(capsys: pytest.CaptureFixture[str]) -> None:
+    changes = load_example("mechanism_regressors").main()
+    assert changes["mass:lower"] == pytest.approx(0.2 * 0.7, abs=0.01)
+    assert changes["mass:upper"] == pytest.approx(0.0, abs=0.02)
+    assert changes["dry friction:elbow"] == pytest.approx(0.5, abs=0.01)
+    assert changes["dry friction:shoulder"] == pytest.approx(0.0, abs=0.01)
+    assert "moving bodies: upper 1.5 kg, lower 0.7 kg" in capsys.readouterr().out

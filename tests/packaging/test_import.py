@@ -51,6 +51,7 @@ sys.meta_path.insert(0, Absent())
 NEEDS_EXTRA = (
     "trundle.envs.sb3",
     "trundle.export.callback",
+    "trundle.export.mjcf_patch.callback",
     "trundle.importers.hdf5_child",
     "trundle.plots.notebook_figure",
 )
@@ -122,6 +123,7 @@ def test_every_verb_shows_its_help_without_optional_packages() -> None:
         ("import trundle; trundle.export.write_mcap(trundle.demo(), 'never.mcap')", "ros"),
         ("import trundle; trundle.plots.recording(trundle.demo())", "plots"),
         ("import trundle.envs.sb3", "rl"),
+        ("import trundle; trundle.mechanism.Mechanism.load('<mujoco/>', ['elbow'])", "mujoco"),
         ("from trundle.experiments.backends import backend; backend('joblib', jobs=2)", "joblib"),
     ],
 )

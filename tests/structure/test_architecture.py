@@ -15,7 +15,12 @@ CRATES = (
     "env/sim",
     *(f"adaptive/{path.name}" for path in (ROOT / "adaptive").iterdir()),
 )
-PACKAGES = ("python/trundle", "python/trundle/plots", "python/trundle/experiments")
+PACKAGES = (
+    "python/trundle",
+    "python/trundle/mechanism",
+    "python/trundle/plots",
+    "python/trundle/experiments",
+)
 UNLISTED = {"lib", "tests", "__init__", "__main__", "__pycache__", "py"}
 
 

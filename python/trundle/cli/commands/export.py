@@ -12,6 +12,7 @@ from trundle.progress import Progress
 
 HELP = "Export a diagnosed or fitted model to MuJoCo, or a recording to MCAP for Foxglove and rosbag2."
 EXAMPLE = """trundle export diagnosis/table/model.toml --mujoco --out table_mujoco
+  trundle export diagnosis/arm/model.toml --mjcf-patch arm_patched --mjcf robot.xml
   trundle export recordings/table --mcap table.mcap"""
 
 
@@ -31,6 +32,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     kinds.add_argument(
         "--mcap", metavar="FILE", type=Path, help="write the recording as ROS 2 messages in one .mcap file"
     )
+    kinds.add_argument(
+        "--mjcf-patch",
+        metavar="OUT",
+        type=Path,
+        help="write the MJCF of a mechanism with the refitted values and missing effects into a folder",
+    )
+    declare(
+        parser, "mjcf_patch", Output("--mjcf-patch", "folder", marker="robot.xml", content="a patched model")
+    )
+    parser.add_argument(
+        "--mjcf",
+        metavar="FILE",
+        type=Path,
+        help="MJCF or URDF file for --mjcf-patch (default: that of [mechanism] model, next to SOURCE)",
+    )
+    declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
     declare(parser, "mcap", Output("--mcap", "file", (".mcap",), content="an export to MCAP"))
     parser.add_argument(
         "--footprint",
@@ -47,21 +64,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Export the source and print the paths of the files."""
-    from trundle.export import to_mujoco, write_mcap
+    from trundle.export import to_mujoco, write_mcap, write_mjcf_patch
 
+    if args.mjcf and not args.mjcf_patch:
+        raise ValueError(f"--mjcf {args.mjcf}: applies only to --mjcf-patch; remove it")
+    if (args.mcap or args.mjcf_patch) and (args.out or args.footprint):
+        kind = f"--mcap {args.mcap}" if args.mcap else f"--mjcf-patch {args.mjcf_patch}"
+        raise ValueError(f"{kind}: --out and --footprint apply only to --mujoco; remove them")
     if args.mcap:
-        if args.out or args.footprint:
-            raise ValueError(f"--mcap {args.mcap}: --out and --footprint apply only to --mujoco; remove them")
         with Progress("writing") as progress:
             written = write_mcap(args.source, args.mcap, progress.show)
         print(written)
         return 0
     if args.source.is_dir():
         raise ValueError(f"{args.source}: is a folder, not a model file; use --mcap FILE for a recording")
+    if args.mjcf_patch:
+        print_files(write_mjcf_patch(args.source, args.mjcf_patch, mjcf=args.mjcf))
+        return 0
     out = args.out or args.source.with_name(f"{args.source.stem}_mujoco")
-    folder = to_mujoco(args.source, out, footprint=args.footprint)
-    print("\n".join(str(path) for path in sorted(folder.iterdir())))
+    print_files(to_mujoco(args.source, out, footprint=args.footprint))
     return 0
+
+
+def print_files(folder: Path) -> None:
+    """Print the paths of the files in a folder."""
+    print("\n".join(str(path) for path in sorted(folder.iterdir())))
 
 
 def parse_corners(text: str) -> list[list[float]]:

@@ -1,0 +1,157 @@
+"""The effort that a mechanism needs for a motion, with its derivatives by the model's quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle.mechanism.evaluation import evaluate, inverse_by_velocity
+from trundle.mechanism.inertial import body_columns, gravity_columns
+
+if TYPE_CHECKING:
+    from trundle.mechanism.model import Mechanism
+
+__all__ = ["Regressors", "evaluate_regressors"]
+
+Floats = NDArray[np.float64]
+
+CHUNK = 4096
+"""Samples that are evaluated at once, which bounds the memory for poses."""
+POSITION_STEP = 1e-5
+"""Step of central differences by position, rad or m: truncation and rounding are near 1e-10 of the effort."""
+VELOCITY_STEP = 1e-4
+"""Step of central differences by velocity, which are exact for forces that are quadratic in it."""
+
+
+@dataclass(frozen=True)
+class Regressors:
+    """Effort and derivatives at T samples of n recorded joints.
+
+    Attributes
+    ----------
+    effort : (T, n) array
+        What the model needs for the motion, in N·m or N: see `Mechanism.inverse_dynamics`.
+    friction : (T, n) array
+        The part of it that is the model's own dry friction, loss·sign(v).
+    mass_matrix : (T, n, n) array
+        Derivative of the effort by acceleration; armature is on the diagonal.
+    mass : dict of str to (T, n) array
+        By the mass of each moving body, per kg. The inertia scales with the mass, the centre stays.
+    gravity : (T, n, 3) array
+        By the components of gravity in world axes.
+    payload : dict of str to (T, n, 10) array
+        By the inertial parameters of a mass on each moving body, in the body's axes about its origin: m,
+        m·c_x, m·c_y, m·c_z, and the second moments xx, yy, zz, xy, xz, yz, which are m·c_i·c_j for a point
+        mass m at c.
+    position : (T, n, n) array or None
+        By the positions: entry [t, i, k] is the derivative of effort i by position k. An encoder that reads
+        true + offset gives its negative. Not of friction.
+    velocity : (T, n, n) array or None
+        By the velocities, friction not included.
+    constraint : (T, n) array
+        The part of the effort that works against limits and contacts. It is not part of the derivatives by
+        mass, gravity and payload.
+    contacts : (T,) array
+        Number of contacts that MuJoCo finds in each pose.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from trundle.mechanism import Mechanism
+    >>> arm = Mechanism.load(
+    ...     "<mujoco><worldbody><body name='arm'><joint name='elbow' axis='0 1 0'/>"
+    ...     "<inertial pos='1 0 0' mass='2' diaginertia='1e-6 1e-6 1e-6'/></body></worldbody></mujoco>",
+    ...     ["elbow"],
+    ... )
+    >>> found = arm.regressors(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)))
+    >>> float(found.effort[0, 0].round(6)), float(found.mass["arm"][0, 0].round(6))
+    (-19.62, -9.81)
+    """
+
+    effort: Floats
+    friction: Floats
+    mass_matrix: Floats
+    mass: dict[str, Floats]
+    gravity: Floats
+    payload: dict[str, Floats]
+    position: Floats | None
+    velocity: Floats | None
+    constraint: Floats
+    contacts: NDArray[np.intp]
+
+
+def evaluate_regressors(
+    mechanism: Mechanism, q: Floats, v: Floats, a: Floats, *, derivatives: bool
+) -> Regressors:
+    """Evaluate all columns in chunks of samples; `Mechanism.regressors` describes the arguments."""
+    rows = [slice(start, start + CHUNK) for start in range(0, max(len(q), 1), CHUNK)]
+    parts = [_evaluate(mechanism, q[chunk], v[chunk], a[chunk], derivatives) for chunk in rows]
+    names = [field.name for field in fields(Regressors)]
+    return Regressors(**{name: _join([getattr(part, name) for part in parts]) for name in names})
+
+
+def _join(parts: Sequence[Any]) -> Any:
+    if len(parts) == 1 or parts[0] is None:
+        return parts[0]
+    if isinstance(parts[0], dict):
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return np.concatenate(parts)
+
+
+def _evaluate(mechanism: Mechanism, q: Floats, v: Floats, a: Floats, derivatives: bool) -> Regressors:
+    coordinates, model = mechanism.coordinates, mechanism.compiled
+    motion = coordinates.expand(q, v, a)
+    slope = motion[3]
+    found = evaluate(model, mechanism.data, *motion[:3])
+    friction = coordinates.project(model.dof_frictionloss * np.sign(motion[1]), slope)
+    mass, payload, gravity = {}, {}, np.zeros((len(q), len(model.jnt_type), 3))
+    # Compensation of gravity by an actuator is disabled with it, so that it is part of the effort.
+    passive = ~model.jnt_actgravcomp.astype(bool)[:, None]
+    for group in mechanism.groups:
+        place = (found.frames, group.body, group.chain)
+        total, weight = body_columns(*place, motion[1], motion[2], model.opt.gravity)
+        own = total @ group.parameters - passive[:, 0] * (weight @ group.compensated)
+        mass[group.name] = coordinates.project(own / group.mass, slope)
+        payload[group.name] = coordinates.project(total, slope)
+        gravity += gravity_columns(*place, group.parameters + group.carried)
+        gravity -= passive * gravity_columns(*place, group.compensated)
+    inertia = coordinates.project(found.matrix, slope).transpose(0, 2, 1)
+    return Regressors(
+        effort=coordinates.project(found.effort, slope) + friction,
+        friction=friction,
+        mass_matrix=coordinates.project(inertia, slope),
+        mass=mass,
+        gravity=coordinates.project(gravity, slope),
+        payload=payload,
+        position=_by_position(mechanism, q, v, a) if derivatives else None,
+        velocity=_by_velocity(mechanism, q, v, a) if derivatives else None,
+        constraint=coordinates.project(found.constraint, slope),
+        contacts=found.contacts,
+    )
+
+
+def _by_position(mechanism: Mechanism, q: Floats, v: Floats, a: Floats) -> Floats:
+    """Return central differences, (T, n, n), of the effort by position."""
+    columns = []
+    for k in range(mechanism.coordinates.n):
+        step = np.zeros(mechanism.coordinates.n)
+        step[k] = POSITION_STEP
+        change = mechanism.smooth_effort(q + step, v, a) - mechanism.smooth_effort(q - step, v, a)
+        columns.append(change / (2 * POSITION_STEP))
+    return np.stack(columns, axis=2)
+
+
+def _by_velocity(mechanism: Mechanism, q: Floats, v: Floats, a: Floats) -> Floats:
+    """Return central differences, (T, n, n), of the effort by velocity."""
+    coordinates = mechanism.coordinates
+    positions, _, _, slope = coordinates.expand(q, v, a)
+    steps = VELOCITY_STEP * np.eye(coordinates.n)
+    motions = [coordinates.expand(q, v + sign * step, a)[1:3] for step in steps for sign in (1, -1)]
+    efforts = inverse_by_velocity(mechanism.compiled, mechanism.data, positions, motions)
+    changes = [up - down for up, down in zip(efforts[::2], efforts[1::2], strict=True)]
+    columns = [coordinates.project(change, slope) / (2 * VELOCITY_STEP) for change in changes]
+    return np.stack(columns, axis=2)
