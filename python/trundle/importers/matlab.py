@@ -1,6 +1,6 @@
 """Reader of numeric variables in MATLAB files of versions 4 to 7.2, safe for malformed input.
 
-The format is described in MathWorks' "MAT-File Format" (R2019b). Of cells, text, sparse arrays and objects
+The format is described in MathWorks' "MAT-File Format" (R2019b). Of text, sparse arrays and objects
 only name and shape are read. Every length is checked against the remaining bytes, and the size of
 decompressed data is limited.
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 from trundle.importers.layout import Floats
 
-__all__ = ["DamagedError", "HDF5Error", "Other", "Struct", "Value", "read"]
+__all__ = ["Cell", "DamagedError", "HDF5Error", "Other", "Struct", "Value", "read"]
 
 BASE_MEMORY_BYTES = 64 << 20
 """Constant part of the memory limit of a file's variables, bytes; as for tables of recordings."""
@@ -42,9 +42,9 @@ NUMBERS = {
     13: "u8",
 }
 """Stored number types."""
-STRUCT, NUMERIC = 2, range(6, 16)
+CELL, STRUCT, NUMERIC = 1, 2, range(6, 16)
 """Array classes."""
-CLASSES = {1: "cell", 3: "object", 4: "text", 5: "sparse", 16: "function", 17: "object"}
+CLASSES = {3: "object", 4: "text", 5: "sparse", 16: "function", 17: "object"}
 COMPLEX = 0x800
 VERSION_4_NUMBERS = ["f8", "f4", "i4", "i2", "u2", "u1"]
 """Stored number types of version 4."""
@@ -74,7 +74,15 @@ class Other:
     kind: str
 
 
-Value: TypeAlias = Floats | Struct | Other
+@dataclass
+class Cell:
+    """A cell array; its elements are in the order of its columns."""
+
+    shape: tuple[int, ...]
+    values: list[Value]
+
+
+Value: TypeAlias = Floats | Struct | Cell | Other
 
 
 def read(content: bytes) -> dict[str, Value]:
@@ -205,6 +213,8 @@ def _matrix(content: Bytes, depth: int) -> tuple[str, Value]:
         raise DamagedError(f"variable {name!r} has the shape {shape}")
     if number == STRUCT:
         return name, _struct(content, shape, depth)
+    if number == CELL:
+        return name, Cell(shape, [_element(content, name, depth) for _ in range(math.prod(shape))])
     if number not in NUMERIC or flags & COMPLEX:
         return name, Other(shape, CLASSES.get(number, "complex" if number in NUMERIC else "unknown"))
     kind, numbers = content.element()
@@ -221,11 +231,16 @@ def _struct(content: Bytes, shape: tuple[int, ...], depth: int) -> Struct:
     known = [_text(names.take(length)) for _ in range(names.left // length)]
     fields: dict[str, Value] = {}
     for name in known if math.prod(shape) else []:
-        kind, field = content.element()
-        if kind != MATRIX:
-            raise DamagedError(f"field {name!r} of a structure is not an array")
-        fields[name] = _matrix(field, depth + 1)[1]
+        fields[name] = _element(content, name, depth)
     return Struct(shape, fields)
+
+
+def _element(content: Bytes, name: str, depth: int) -> Value:
+    """Return the next array inside a structure or cell."""
+    kind, inner = content.element()
+    if kind != MATRIX:
+        raise DamagedError(f"an element of {name!r} is not an array")
+    return _matrix(inner, depth + 1)[1]
 
 
 def _text(content: Bytes) -> str:
