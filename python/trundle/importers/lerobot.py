@@ -19,6 +19,7 @@ from trundle.importers.joints.columns import Kind, known
 from trundle.importers.joints.joint_map import JointMap, assemble_joints
 from trundle.importers.joints.streams import joint_take, sample_stream
 from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
+from trundle.importers.streams import Stream
 from trundle.importers.takes import Take
 
 __all__ = ["NEEDS_MAP", "LeRobotMap", "read"]
@@ -71,14 +72,10 @@ def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Import
     for name in source_map.log_names:
         if name not in orders["observation.state"]:
             raise MapError(f"`joints`: no joint {name!r}; {known(orders['observation.state'])}")
-    takes = []
+    takes: list[Take] = []
     for path in _tables(source):
         say(path.name)
-        takes += [
-            _take(path, source_map, orders, episode, rows)
-            for episode, rows in _episodes(path, [*orders, "timestamp", "episode_index"])
-            if source_map.episodes is None or episode in source_map.episodes
-        ]
+        takes += _takes(path, source_map, orders)
     if not takes:
         raise SourceError(source, f"no episode of `episodes` = {source_map.episodes}; correct the map")
     imported = assemble_joints(takes, source_map, source.name)
@@ -131,62 +128,68 @@ def _tables(source: Path) -> list[Path]:
     return paths
 
 
-def _episodes(path: Path, columns: Sequence[str]) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Yield number and columns of each episode in a Parquet file."""
+def _takes(path: Path, source_map: LeRobotMap, orders: Mapping[str, Sequence[str]]) -> Iterator[Take]:
+    """Yield the chosen episodes in a Parquet file."""
     parquet = require("pyarrow.parquet", "experiments", "LeRobot data sets")
+    widths = {feature: len(order) for feature, order in orders.items()} | {"timestamp": 1, "episode_index": 1}
     try:
-        table = parquet.read_table(path, columns=list(columns))
+        present = parquet.read_schema(path).names
+        table = parquet.read_table(path, columns=[name for name in widths if name in present])
         found = {name: table.column(name).to_pylist() for name in table.column_names}
     except Exception as error:
         # For a damaged file the library may raise any exception.
         reason = str(error).split("\n")[0][:200]
         raise SourceError(path, f"not a readable Parquet file ({reason}); download it again") from error
-    for name in columns:
+    for name in widths:
         if name not in found:
-            raise SourceError(path, f"no column {name!r}; the columns are {', '.join(found)}")
-    numbers = found["episode_index"]
-    for episode in dict.fromkeys(numbers):
-        rows = [row for row, number in enumerate(numbers) if number == episode]
-        yield int(episode), {name: [(row + 1, found[name][row]) for row in rows] for name in columns}
+            raise SourceError(path, f"no column {name!r}; the columns are {', '.join(present)}")
+    columns = {name: _matrix(path, name, found[name], width) for name, width in widths.items()}
+    numbers = columns["episode_index"][:, 0]
+    for number in np.unique(numbers):
+        if source_map.episodes is None or number in source_map.episodes:
+            yield _take(path, source_map, orders, columns, np.flatnonzero(numbers == number))
 
 
 def _take(
     path: Path,
     source_map: LeRobotMap,
     orders: Mapping[str, Sequence[str]],
-    episode: int,
-    rows: Mapping[str, Sequence[tuple[int, Any]]],
+    columns: Mapping[str, Floats],
+    rows: np.ndarray,
 ) -> Take:
-    """Return an episode; `rows` are row numbers and values by column."""
-    t = _matrix(path, "timestamp", [(row, [value]) for row, value in rows["timestamp"]], 1)[:, 0]
+    """Return the episode in some rows of the columns."""
+    name = f"episode_{columns['episode_index'][rows[0], 0]:06.0f}"
+    t = columns["timestamp"][rows, 0]
     late = np.flatnonzero(np.diff(t) <= 0.0)
     if len(late):
-        row = rows["timestamp"][late[0] + 1][0]
+        row = rows[late[0] + 1]
         raise SourceError(
             path,
-            f"row {row}, column 'timestamp': {t[late[0] + 1]:.9g} s is not after the row before in episode "
-            f"{episode}; record the episode again, or leave it out with `episodes`",
+            f"row {row + 1}, column 'timestamp': {columns['timestamp'][row, 0]:.9g} s is not after the row "
+            f"before in {name}; record the episode again, or leave it out with `episodes`",
         )
-    streams, repeated = {}, {}
+    streams: dict[str, Stream] = {}
+    repeated: dict[str, int] = {}
     for feature, order in orders.items():
-        values = _matrix(path, feature, rows[feature], len(order))
-        for joint, name in zip(source_map.names, source_map.log_names, strict=True):
-            if name not in order:
-                continue
-            kind = COLUMNS[feature]
-            column = source_map.radians(path, kind, joint, values[:, list(order).index(name)])
-            streams[f"{kind}_{joint}"], repeated[f"{kind}_{joint}"] = sample_stream(kind, joint, t, column)
-    return joint_take(path, source_map.names, streams, repeated, f"episode_{episode:06}")
+        kind = COLUMNS[feature]
+        for joint, log_name in zip(source_map.names, source_map.log_names, strict=True):
+            if log_name in order:
+                values = source_map.radians(path, kind, joint, columns[feature][:, order.index(log_name)])
+                stream, repeated[f"{kind}_{joint}"] = sample_stream(kind, joint, t, values[rows])
+                streams[f"{kind}_{joint}"] = stream
+    return joint_take(path, source_map.names, streams, repeated, name)
 
 
-def _matrix(path: Path, name: str, rows: Sequence[tuple[int, Any]], width: int) -> Floats:
-    """Return a column of lists, shape (n, width)."""
-    for row, value in rows:
-        entries = list(value) if isinstance(value, list) else [value]
-        if len(entries) != width or not all(isinstance(entry, int | float) for entry in entries):
+def _matrix(path: Path, name: str, rows: Sequence[Any], width: int) -> Floats:
+    """Return a column of lists, or of numbers, shape (n, width)."""
+    lists = [row if isinstance(row, list) else [row] for row in rows]
+    for number, row in enumerate(lists, 1):
+        if len(row) != width or not all(
+            isinstance(entry, int | float) and np.isfinite(entry) for entry in row
+        ):
             raise SourceError(
                 path,
-                f"row {row}, column {name!r}: {str(value)[:80]} must be {width} numbers, as in "
+                f"row {number}, column {name!r}: {str(row)[:80]} must be {width} numbers, as in "
                 f"{INFO.as_posix()}",
             )
-    return np.array([value if isinstance(value, list) else [value] for _, value in rows], dtype=np.float64)
+    return np.array(lists, dtype=np.float64).reshape(len(lists), width)

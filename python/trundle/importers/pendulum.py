@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from trundle.importers.config import typed
-from trundle.importers.joints.joint_map import FORMAT, merge
+from trundle.importers.joints.joint_map import FORMAT, mechanism_of, merge
 from trundle.importers.layout import Columns, Floats, Imported, ShowProgress, SourceError
 from trundle.importers.matfile import MatFile
 
@@ -96,7 +96,7 @@ def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Import
     metadata = merge(
         _metadata(options.name or f"free pendulum, {source.stem}", links, held_out), options.recording
     )
-    files = {MODEL: MODEL_TEXT} if metadata["mechanism"].get("model") == MODEL else {}
+    files = {MODEL: MODEL_TEXT} if mechanism_of(metadata).get("model") == MODEL else {}
     return Imported(metadata, episodes, [], files)
 
 

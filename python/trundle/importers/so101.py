@@ -6,7 +6,7 @@ GitHub `isaac-sim2real/sage`, `output/real/so101/custom/`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from trundle.importers.config import MapError, typed
 from trundle.importers.joints.columns import Kind, known
 from trundle.importers.joints.csv_map import CsvFileMap, JointCsvMap, read_csv
-from trundle.importers.joints.joint_map import merge
+from trundle.importers.joints.joint_map import mechanism_of, merge
 from trundle.importers.layout import Columns, Imported, ShowProgress, SourceError
 from trundle.importers.quantity import Quantity
 
@@ -64,7 +64,7 @@ class ArmMap:
     joints: list[str] | dict[str, str] | None = None
     motions: list[str] | None = None
     piece: float = 20.0
-    recording: dict[str, Any] | None = None
+    recording: dict[str, Any] = field(default_factory=dict)
 
 
 def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
@@ -79,7 +79,7 @@ def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Import
     motions = [source.name] if one else _motions(source, options.motions)
     order = _order(folder / motions[0] / LIST)
     joints = _joints(options, order)
-    recording = merge(_metadata(joints, options.joint is not None), options.recording or {})
+    recording = merge(_metadata(joints, options.joint is not None), options.recording)
     imported: dict[str, Imported] = {}
     for motion in motions:
         files = tuple(
@@ -135,7 +135,7 @@ def _joints(options: ArmMap, order: list[str]) -> list[str] | dict[str, str]:
     for name in joints.values() if isinstance(joints, dict) else joints:
         if name not in order:
             raise MapError(f"`{'joint' if options.joint else 'joints'}`: no joint {name!r}; {known(order)}")
-    model = (options.recording or {}).get("mechanism", {}).get("model")
+    model = mechanism_of(options.recording).get("model")
     if options.joint is None and model is None:
         raise MapError(
             f"{len(joints)} joints need a model, which the data set does not contain: set `model` in "

@@ -45,7 +45,9 @@ def add_models(imported: Imported, folder: Path) -> None:
 
 def _tables_with_models(metadata: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     tables = {"mechanism": metadata.get("mechanism", {})}
-    tables |= {f"episode.{name}": each for name, each in metadata.get("episode", {}).items()}
+    episodes = metadata.get("episode", {})
+    if isinstance(episodes, dict):
+        tables |= {f"episode.{name}": each for name, each in episodes.items()}
     for key, table in tables.items():
         if isinstance(table, dict) and "model" in table:
             yield key, table
@@ -64,6 +66,6 @@ def _with_includes(path: Path, where: str, above: tuple[Path, ...]) -> Iterator[
     yield path
     for element in root.iter("include"):
         name = element.get("file", "")
-        if Path(name).name != name:
+        if not name or Path(name).name != name:
             raise MapError(f"`{where}`: {path} includes {name!r}; move it next to {path.name}")
         yield from _with_includes(path.parent / name, where, (*above, path))

@@ -14,7 +14,7 @@ from trundle.importers.joints.columns import ANGULAR, Kind, known
 from trundle.importers.layout import Floats, Imported, SourceError
 from trundle.importers.takes import EpisodeMap, Take, assemble
 
-__all__ = ["Angle", "JointMap", "assemble_joints", "is_joint_map", "merge"]
+__all__ = ["Angle", "JointMap", "assemble_joints", "is_joint_map", "mechanism_of", "merge"]
 
 Angle = Literal["radians", "degrees"]
 MAX_TURNS = 2
@@ -83,7 +83,7 @@ class JointMap:
         values : (n,) array
             Values in the order of the log, NaN where there is no sample.
         """
-        if kind not in ANGULAR or self.recording.get("mechanism", {}).get("axis") == "slide":
+        if kind not in ANGULAR or mechanism_of(self.recording).get("axis") == "slide":
             return values
         angle = self.angle.get(joint, "radians") if isinstance(self.angle, dict) else self.angle
         if angle == "degrees":
@@ -103,6 +103,14 @@ def is_joint_map(settings: Mapping[str, Any]) -> bool:
     return "joints" in settings
 
 
+def mechanism_of(recording: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the table `mechanism` of the tables that a map adds to `recording.toml`."""
+    mechanism = recording.get("mechanism", {})
+    if not isinstance(mechanism, Mapping):
+        raise MapError(f"`recording.mechanism` = {mechanism!r}: it is a table")
+    return mechanism
+
+
 def assemble_joints(takes: Sequence[Take], joint_map: JointMap, name: str) -> Imported:
     """Return a recording of joints from takes, with the metadata of the map.
 
@@ -112,9 +120,7 @@ def assemble_joints(takes: Sequence[Take], joint_map: JointMap, name: str) -> Im
         If the map has neither a model nor the kind of a single axis.
     """
     recording = joint_map.recording
-    mechanism = recording.get("mechanism", {})
-    if not isinstance(mechanism, dict):
-        raise MapError(f"`recording.mechanism` = {mechanism!r}: it is a table")
+    mechanism = mechanism_of(recording)
     if mechanism.get("joints", joint_map.names) != joint_map.names:
         raise MapError("`recording.mechanism.joints` differs from `joints`; remove it")
     if "model" not in mechanism and "axis" not in mechanism:
