@@ -37,8 +37,8 @@ def check_joints(imported: Imported) -> None:
     assert set(models) <= set(imported.files)
     assert set(metadata.get("split", {}).get("held_out", [])) < set(imported.episodes)
     assert set(metadata.get("episode", {})) <= set(imported.episodes)
-    for table in imported.episodes.values():
-        check_columns(table, mechanism["joints"])
+    for episode in imported.episodes.values():
+        check_columns(episode, mechanism["joints"])
 
 
 def check_columns(table: dict[str, np.ndarray], joints: list[str]) -> None:

@@ -57,8 +57,9 @@ def test_several_joints_with_a_model(tmp_path: Path, imported: Import) -> None:
     check_joints(got)
     assert got.files == {"arm.xml": "<mujoco/>"}
     assert got.metadata["target"] == {"stiffness": "free", "damping": "free", "limit": 2.9}
-    steps = got.metadata["noise"]["position_step"]
-    assert steps == {"lift": pytest.approx(2 * np.pi / 4096), "gripper": pytest.approx(1 / 1523)}
+    # The opening 1 of the jaw is 1523 steps of the servo's encoder.
+    assert got.metadata["noise"]["position_step"] == pytest.approx(2 * np.pi / 4096)
+    np.testing.assert_allclose(got.episodes["swing_00"]["q_gripper"], 0.5 * 1523 * 2 * np.pi / 4096)
     check_joints(imported(source, "so101", {"recording": recording}))
 
 
@@ -102,15 +103,17 @@ def test_damaged_motions_are_refused(tmp_path: Path, imported: Import) -> None:
         read(tmp_path, "so101")
 
 
-def test_the_real_motions(real_data: Callable[[str], Path], imported: Import) -> None:
+@pytest.mark.parametrize("joint", ["Rotation", "Jaw"])
+def test_the_real_motions(real_data: Callable[[str], Path], imported: Import, joint: str) -> None:
     """The measured position follows the commanded one, and the velocity is that of the position, late."""
-    got = imported(real_data("so101"), "so101", {"joint": "Rotation", "motions": ["chirp_sweep"]})
+    got = imported(real_data("so101"), "so101", {"joint": joint, "motions": ["chirp_sweep"]})
     check_joints(got)
     assert len(got.episodes) == 6
     table = got.episodes["chirp_sweep_03"]
-    q, v = table["q_Rotation"], table["v_Rotation"]
-    assert np.corrcoef(q, table["target_Rotation"])[0, 1] > 0.85
+    q, v = table[f"q_{joint}"], table[f"v_{joint}"]
+    assert np.corrcoef(q, table[f"target_{joint}"])[0, 1] > 0.85
     difference = np.gradient(q, table["t"])
     lags = [np.corrcoef(difference[5:-5], np.roll(v, -k)[5:-5])[0, 1] for k in range(4)]
     assert int(np.argmax(lags)) == 1 and lags[1] > 0.8
-    assert np.min(table["effort_Rotation"]) >= 0.0
+    assert np.sum(np.abs(v)) == pytest.approx(np.sum(np.abs(difference)), rel=0.1)
+    assert np.min(table[f"effort_{joint}"]) >= 0.0

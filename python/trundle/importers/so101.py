@@ -33,8 +33,11 @@ SPEED_DELAY_S = 0.018
 """Delay of the logged velocities, s: 16 to 20 ms."""
 POSITION_STEP_RAD = 2.0 * np.pi / 4096
 JAW = "Jaw"
-JAW_STEP = 1.0 / 1523
-"""Step of the opening of the jaw, which the log has from 0 to 1."""
+JAW_RADIANS = 1523 * POSITION_STEP_RAD
+"""Angle of the jaw's servo for the opening 1, rad.
+
+The log has an opening from 0 to 1 in steps of 1/1523, but the velocity of the servo in rad/s.
+"""
 VERTICAL = "Rotation"
 """The joint with a vertical axis, on which gravity does not act."""
 
@@ -93,6 +96,7 @@ def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Import
         )
         log_map = JointCsvMap(joints=joints, angle="radians", file=files, recording=recording)
         imported[motion] = read_csv(folder, log_map, say)
+        _open_jaw(imported[motion], joints)
     episodes, held_out = _pieces(imported, options.piece)
     first = imported[motions[0]]
     metadata = merge(first.metadata, {"name": options.name or f"SO-101, {', '.join(joints)}"})
@@ -147,23 +151,31 @@ def _joints(options: ArmMap, order: list[str]) -> list[str] | dict[str, str]:
 
 def _metadata(joints: list[str] | dict[str, str], single: bool) -> dict[str, Any]:
     """Return the tables of `recording.toml`, without the model of several joints."""
-    log_names = joints if isinstance(joints, dict) else {name: name for name in joints}
-    axis = {"axis": "hinge", "gravity": VERTICAL not in log_names.values()}
-    steps = {joint: JAW_STEP if name == JAW else POSITION_STEP_RAD for joint, name in log_names.items()}
+    log_names = joints.values() if isinstance(joints, dict) else joints
+    axis = {"axis": "hinge", "gravity": VERTICAL not in log_names}
     return {
         **({"mechanism": axis} if single else {}),
         "effort": {"source": "current", "gain": "free", "signed": False},
         "target": {"stiffness": "free", "damping": "free"},
-        "noise": {"position_step": steps},
+        "noise": {"position_step": POSITION_STEP_RAD},
         "delay": {"v": SPEED_DELAY_S},
         "notes": {
             "origin": "github.com/isaac-sim2real/sage, output/real/so101/custom",
             "licence": "Apache-2.0",
             "effort": "magnitude of the current times a constant of unverified scale, in steps of 0.0228",
             "control": "position control with gains P 16, I 0, D 32 of the firmware",
-            "jaw": f"{JAW} is an opening from 0 to 1, not an angle",
+            "jaw": f"{JAW}: logged opening from 0 to 1 times {JAW_RADIANS:.4g} rad, the angle of the servo",
         },
     }
+
+
+def _open_jaw(imported: Imported, joints: list[str] | dict[str, str]) -> None:
+    """Convert positions and targets of the jaw from openings to angles, in place."""
+    log_names = joints if isinstance(joints, dict) else {name: name for name in joints}
+    for joint, name in log_names.items():
+        for table in imported.episodes.values() if name == JAW else ():
+            for kind in ("q", "target"):
+                table[f"{kind}_{joint}"] = table[f"{kind}_{joint}"] * JAW_RADIANS
 
 
 def _pieces(imported: Mapping[str, Imported], length: float) -> tuple[dict[str, Columns], list[str]]:
