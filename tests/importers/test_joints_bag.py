@@ -151,6 +151,13 @@ def test_the_time_of_the_log(imported: Import, tmp_path: Path) -> None:
         )
 
 
+def test_states_without_positions_are_refused(imported: Import, tmp_path: Path) -> None:
+    said = [(STATES_TOPIC, JOINT_STATE, at(k), joint_state(at(k), ["elbow"], [])) for k in range(3)]
+    bag = write_joint_bag(tmp_path / "run", said)
+    with pytest.raises(ValueError, match="run: no position of joint 'elbow'"):
+        imported(bag, "mcap", ELBOW)
+
+
 def test_several_bags_are_named_episodes(imported: Import, tmp_path: Path) -> None:
     for name in ("light", "heavy"):
         write_joint_bag(tmp_path / "runs" / name, states())

@@ -66,7 +66,7 @@ def test_files_of_an_episode_with_different_rates(imported: Import, tmp_path: Pa
         rows = "".join(f"{100 + k + i * 0.01},{i}\n" for i in range(11))
         (folder / "state.csv").write_text(f"t,x\n{rows}")
         (folder / "command.txt").write_text(f"sec;u;f\n{99.5 + k};1,5;0\n{100.055 + k};2,5;7\n")
-    settings = {
+    settings: dict[str, Any] = {
         "joints": ["rail"],
         "file": [
             {"path": "*/state.csv", "time": "t", "columns": {"q_rail": {"name": "x", "unit": "mm"}}},
@@ -78,7 +78,7 @@ def test_files_of_an_episode_with_different_rates(imported: Import, tmp_path: Pa
                 "columns": {"target_rail": {"name": "u", "unit": "cm"}, "effort_rail": "f"},
             },
         ],
-        "recording": {**SLIDE, "split": {"held_out": ["slow"]}},
+        "recording": {**SLIDE, "split": {"held_out": ["slow"]}, "effort": {"source": "measured"}},
     }
     with pytest.raises(ValueError, match=r"command\.txt: row 1, column 'sec': '99\.5' is not a number"):
         imported(tmp_path / "runs", "csv", settings)
@@ -95,6 +95,10 @@ def test_files_of_an_episode_with_different_rates(imported: Import, tmp_path: Pa
     np.testing.assert_allclose(table["t"][there], [0.0, 0.055])
     np.testing.assert_allclose(table["target_rail"][there], [0.015, 0.025])
     assert "slow: effort_rail: 1 samples outside the interval of all positions omitted" in got.remarks
+    assert np.sum(np.isfinite(table["effort_rail"])) == 1
+    settings["recording"]["effort"]["source"] = {"rail": "commanded"}
+    effort = imported(tmp_path / "runs", "csv", settings).episodes["slow"]["effort_rail"]
+    np.testing.assert_array_equal(effort[np.isfinite(effort)], [0.0, 7.0])
 
 
 def test_a_missing_file_of_an_episode_is_named(imported: Import, tmp_path: Path) -> None:

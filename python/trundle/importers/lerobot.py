@@ -175,7 +175,9 @@ def _take(
         for joint, log_name in zip(source_map.names, source_map.log_names, strict=True):
             if log_name in order:
                 values = source_map.radians(path, kind, joint, columns[feature][:, order.index(log_name)])
-                stream, repeated[f"{kind}_{joint}"] = sample_stream(kind, joint, t, values[rows])
+                stream, repeated[f"{kind}_{joint}"] = sample_stream(
+                    kind, joint, t, values[rows], source_map.holds(kind, joint)
+                )
                 streams[f"{kind}_{joint}"] = stream
     return joint_take(path, source_map.names, streams, repeated, name)
 

@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from trundle.importers.layout import Floats
+from trundle.importers.matlab_bytes import COMPRESSED, Budget, Bytes, DamagedError
 
 __all__ = ["Cell", "DamagedError", "HDF5Error", "Other", "Struct", "Value", "read"]
 
@@ -28,7 +29,7 @@ MAX_DIMENSIONS = 32
 """Maximum number of dimensions, that of NumPy 1."""
 
 HEADER_BYTES = 128
-MATRIX, COMPRESSED = 14, 15
+MATRIX = 14
 NUMBERS = {
     1: "i1",
     2: "u1",
@@ -48,10 +49,6 @@ CLASSES = {3: "object", 4: "text", 5: "sparse", 16: "function", 17: "object"}
 COMPLEX = 0x800
 VERSION_4_NUMBERS = ["f8", "f4", "i4", "i2", "u2", "u1"]
 """Stored number types of version 4."""
-
-
-class DamagedError(ValueError):
-    """The file is malformed; the message describes how."""
 
 
 class HDF5Error(ValueError):
@@ -114,68 +111,6 @@ def read(content: bytes) -> dict[str, Value]:
         if variable is not None:
             found[variable[0]] = variable[1]
     return found
-
-
-class Budget:
-    """A memory budget, bytes."""
-
-    def __init__(self, limit: int) -> None:
-        self.limit = self.left = limit
-
-    def take(self, size: int) -> None:
-        """Reduce the budget by `size`; raise `DamagedError` if it is exceeded."""
-        if size > self.left:
-            raise DamagedError(
-                f"its variables need more than {self.limit >> 20} MiB, the limit for a file of this size; "
-                "save it uncompressed with `save(file, '-v6')`"
-            )
-        self.left -= size
-
-
-class Bytes:
-    """A sequential reader of bytes."""
-
-    def __init__(self, data: memoryview, order: str, budget: Budget) -> None:
-        self.data, self.order, self.budget = data, order, budget
-
-    @property
-    def left(self) -> int:
-        """Number of remaining bytes."""
-        return len(self.data)
-
-    def take(self, size: int) -> Bytes:
-        """Return the next `size` bytes."""
-        if not 0 <= size <= len(self.data):
-            raise DamagedError(f"{size} more bytes expected at the end")
-        taken, self.data = self.data[:size], self.data[size:]
-        return Bytes(taken, self.order, self.budget)
-
-    def numbers(self, kind: str, count: int) -> Floats:
-        """Return the next `count` numbers of a type such as `f8`, as float64."""
-        size = np.dtype(kind).itemsize
-        if not 0 <= count <= len(self.data) // size:
-            raise DamagedError(f"{count} more numbers expected at the end")
-        self.budget.take(8 * count)
-        raw = np.frombuffer(self.take(size * count).data, dtype=self.order + kind)
-        with np.errstate(invalid="ignore"):  # a signalling NaN
-            return raw.astype(np.float64)
-
-    def whole(self, count: int) -> list[int]:
-        """Return the next `count` 4-byte integers."""
-        size = self.take(4 * count).data
-        return [int(value) for value in np.frombuffer(size, dtype=self.order + "i4")]
-
-    def element(self) -> tuple[int, Bytes]:
-        """Return type and content of the next data element."""
-        tag = int(np.frombuffer(self.take(4).data, dtype=self.order + "u4")[0])
-        if tag >> 16:
-            content = self.take(4)
-            return tag & 0xFFFF, content.take(tag >> 16)
-        size = int(np.frombuffer(self.take(4).data, dtype=self.order + "u4")[0])
-        content = self.take(size)
-        if tag != COMPRESSED:
-            self.take(min(-size % 8, self.left))
-        return tag, content
 
 
 def _variable(rest: Bytes) -> tuple[str, Value] | None:

@@ -134,7 +134,7 @@ class Samples:
 
     def take(self, name: str | None) -> Take:
         """Return the samples as one take; efforts that are always zero are omitted as not measured."""
-        origin = min(samples[0][0] for samples in self.columns.values() if samples)
+        origin = min((samples[0][0] for samples in self.columns.values() if samples), default=0)
         streams: dict[str, Stream] = {}
         repeated: dict[str, int] = {}
         remarks: list[str] = []
@@ -145,7 +145,9 @@ class Samples:
             if kind == "effort" and not np.any(values):
                 remarks.append(f"{column}: omitted, 0 in all messages, so that it was not measured")
                 continue
-            streams[column], repeated[column] = sample_stream(kind, joint, t, values)
+            streams[column], repeated[column] = sample_stream(
+                kind, joint, t, values, self._map.holds(kind, joint)
+            )
         take = joint_take(self.bag, self._map.names, streams, repeated, name)
         return replace(take, remarks=remarks + take.remarks)
 

@@ -10,7 +10,7 @@ import numpy as np
 from trundle.importers.config import MapError
 from trundle.importers.units import UNITS
 
-__all__ = ["ANGULAR", "HELD", "UNITS_OF", "Kind", "known", "split_column"]
+__all__ = ["ANGULAR", "HELD", "HELD_SOURCES", "UNITS_OF", "Kind", "known", "split_column"]
 
 Kind = Literal["q", "v", "effort", "target", "known", "on", "load"]
 """Kind of a column: the first part of its name."""
@@ -30,6 +30,8 @@ UNITS_OF: dict[Kind, dict[str, float]] = {
 """Units of each kind; without a unit a value is not converted."""
 ANGULAR: tuple[Kind, ...] = ("q", "v", "target")
 """Kinds of columns that a log may have in degrees."""
+HELD_SOURCES = ("commanded", "voltage")
+"""Sources of an effort whose value holds until the next sample."""
 HELD: tuple[Kind, ...] = ("target", "on")
 """Kinds of columns whose value holds until the next sample."""
 

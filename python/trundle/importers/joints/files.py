@@ -12,7 +12,7 @@ from trundle.importers.config import MapError
 from trundle.importers.joints.columns import Kind
 from trundle.importers.joints.joint_map import JointMap, assemble_joints
 from trundle.importers.joints.streams import joint_take, sample_stream
-from trundle.importers.joints.table import ColumnMap, Matrices, read_columns, read_times
+from trundle.importers.joints.table import ColumnMap, Matrices, check_order, read_columns, read_times
 from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
 from trundle.importers.streams import Stream
 from trundle.importers.tables import list_files
@@ -152,29 +152,31 @@ def _divide(
     time = column_map.time if column_map.time is not None else joint_map.time
     default = joint_map.order if column_map.order is None else column_map.order
     columns = list(read_columns(file, replace(column_map, order=default), joint_map))
-    for value, rows in _episode_rows(file, joint_map.episode_column):
-        t = read_times(file, time, rows)
-        for kind, joint, values in columns:
-            if len(values) != len(t) and rows is None:
-                raise SourceError(
-                    file.path,
-                    f"{kind}_{joint} has {len(values)} samples and its time {len(t)}; give each clock "
-                    "a `[[file]]`",
-                )
-        yield (
-            value,
-            [(kind, joint, t, values if rows is None else values[rows]) for kind, joint, values in columns],
-        )
+    t = read_times(file, time)
+    for kind, joint, values in columns:
+        if len(values) != len(t):
+            raise SourceError(
+                file.path,
+                f"{kind}_{joint} has {len(values)} samples and its time {len(t)}; give each clock "
+                "a `[[file]]`",
+            )
+    for value, rows in _episode_rows(file, joint_map.episode_column, len(t)):
+        check_order(file, t, rows)
+        yield value, [(kind, joint, t[rows], values[rows]) for kind, joint, values in columns]
 
 
-def _episode_rows(file: Matrices, column: str | None) -> Iterator[tuple[str | None, np.ndarray | None]]:
-    """Yield each value of a column with its rows; all rows as None without a column."""
+def _episode_rows(file: Matrices, column: str | None, length: int) -> Iterator[tuple[str | None, np.ndarray]]:
+    """Yield each value of a column with its rows; all rows without a column."""
     if column is None:
-        yield None, None
+        yield None, np.arange(length)
         return
-    values = file.cells(column)
-    for value in dict.fromkeys(values):
-        yield value, np.flatnonzero(np.array([each == value for each in values]))
+    rows: dict[str, list[int]] = {}
+    for row, value in enumerate(file.cells(column)):
+        rows.setdefault(value, []).append(row)
+    if sum(map(len, rows.values())) != length:
+        raise SourceError(file.path, f"`{column}` and the times differ in length; map columns of one length")
+    for value, found in rows.items():
+        yield value, np.array(found)
 
 
 def _take(path: Path, joint_map: JointMap, columns: Sequence[Column], name: str | None) -> Take:
@@ -183,6 +185,6 @@ def _take(path: Path, joint_map: JointMap, columns: Sequence[Column], name: str 
     for kind, joint, t, values in columns:
         if f"{kind}_{joint}" in streams:
             raise MapError(f"{kind}_{joint} is mapped twice; remove one of the two")
-        stream, count = sample_stream(kind, joint, t, values)
+        stream, count = sample_stream(kind, joint, t, values, joint_map.holds(kind, joint))
         streams[f"{kind}_{joint}"], repeated[f"{kind}_{joint}"] = stream, count
     return joint_take(path, joint_map.names, streams, repeated, name)

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from trundle.importers.config import MapError
-from trundle.importers.joints.columns import ANGULAR, Kind, known
+from trundle.importers.joints.columns import ANGULAR, HELD, HELD_SOURCES, Kind, known
 from trundle.importers.layout import Floats, Imported, SourceError
 from trundle.importers.takes import EpisodeMap, Take, assemble
 
@@ -68,6 +68,13 @@ class JointMap:
     def log_names(self) -> list[str]:
         """The names of the joints in the log, in the order of `names`."""
         return list(self.joints.values()) if isinstance(self.joints, dict) else list(self.joints)
+
+    def holds(self, kind: Kind, joint: str) -> bool:
+        """Return whether a value of a column holds until the next sample, as commands do."""
+        effort = self.recording.get("effort", {})
+        source = effort.get("source") if isinstance(effort, Mapping) else None
+        source = source.get(joint) if isinstance(source, Mapping) else source
+        return kind in HELD or (kind == "effort" and source in HELD_SOURCES)
 
     def radians(self, source: Path, kind: Kind, joint: str, values: Floats) -> Floats:
         """Return values of a joint with angles in radians.

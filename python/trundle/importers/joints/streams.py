@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trundle.importers.joints.columns import HELD, Kind
+from trundle.importers.joints.columns import Kind
 from trundle.importers.layout import Floats, SourceError
 from trundle.importers.streams import Stream, interval
 from trundle.importers.takes import Take
@@ -15,7 +15,7 @@ from trundle.importers.takes import Take
 __all__ = ["joint_take", "sample_stream"]
 
 
-def sample_stream(kind: Kind, joint: str, t: Floats, values: Floats) -> tuple[Stream, int]:
+def sample_stream(kind: Kind, joint: str, t: Floats, values: Floats, held: bool) -> tuple[Stream, int]:
     """Return the samples of a column in the order of time, and how many repeat a time stamp.
 
     Parameters
@@ -24,9 +24,11 @@ def sample_stream(kind: Kind, joint: str, t: Floats, values: Floats) -> tuple[St
         The column.
     t, values : (n,) array
         Times, s, and values; NaN where there is no sample.
+    held : bool
+        Whether a value holds until the next sample.
     """
     there = np.isfinite(values) & np.isfinite(t)
-    stream = Stream([f"{kind}_{joint}"], t[there], values[there, None], kind in HELD)
+    stream = Stream([f"{kind}_{joint}"], t[there], values[there, None], held)
     return stream.ordered()
 
 

@@ -15,7 +15,7 @@ from trundle.importers.layout import Floats, SourceError
 from trundle.importers.quantity import Quantity, Vectors, numbers
 from trundle.importers.units import UNITS
 
-__all__ = ["ColumnMap", "Matrices", "read_columns", "read_times"]
+__all__ = ["ColumnMap", "Matrices", "check_order", "read_columns", "read_times"]
 
 
 class Matrices(Vectors, Protocol):
@@ -51,12 +51,15 @@ class ColumnMap:
     order: list[str] | None = None
 
 
-def read_times(file: Matrices, time: str | Quantity | None, rows: np.ndarray | None = None) -> Floats:
-    """Return the sample times of all or some rows, s; refuse times that decrease."""
+def read_times(file: Matrices, time: str | Quantity | None) -> Floats:
+    """Return the sample times, s."""
     if time is None:
         raise MapError("`time` is missing; name the column of the sample times")
-    t = numbers(file, time, UNITS["time"], "time")
-    rows = np.arange(len(t)) if rows is None else rows
+    return numbers(file, time, UNITS["time"], "time")
+
+
+def check_order(file: Matrices, t: Floats, rows: np.ndarray) -> None:
+    """Refuse times, s, that decrease in the rows of an episode."""
     timed = rows[np.isfinite(t[rows])]
     back = np.flatnonzero(np.diff(t[timed]) < 0.0)
     if len(back):
@@ -66,7 +69,6 @@ def read_times(file: Matrices, time: str | Quantity | None, rows: np.ndarray | N
             f"row {row + 1}: time {t[row]:.9g} s is before that of row {above + 1} ({t[above]:.9g} s); sort "
             "the rows, or name the column that counts the recordings in the file as `episode_column`",
         )
-    return t[rows]
 
 
 def read_columns(
