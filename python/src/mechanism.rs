@@ -14,6 +14,7 @@ use trundle_mechanism::{
 
 use crate::error::{refused, run};
 use crate::plain::plain;
+use crate::record::joint_recording_of;
 use crate::watch::watched_request;
 
 /// Stages of a diagnosis of joints.
@@ -249,11 +250,6 @@ fn episode_of(dict: &Bound<'_, PyDict>, joints: usize, bodies: &[String]) -> PyR
             })
             .collect(),
     })
-}
-
-fn joint_recording_of(recording: &Bound<'_, PyAny>) -> PyResult<trundle_record::JointRecording> {
-    let path: std::path::PathBuf = recording.extract()?;
-    trundle_record::JointRecording::read(&path).map_err(refused)
 }
 
 /// The values over time at fixed later indices.

@@ -97,6 +97,20 @@ pub(crate) fn recording_of(argument: &Bound<'_, PyAny>) -> PyResult<Arc<Recordin
     }
 }
 
+/// A recording of joints, or the path of one.
+///
+/// # Errors
+/// `TrundleError` for a recording of a pushed object.
+pub(crate) fn joint_recording_of(argument: &Bound<'_, PyAny>) -> PyResult<Arc<JointRecording>> {
+    match any_recording_of(argument)? {
+        AnyRecordingOf::Joints(recording) => Ok(recording),
+        AnyRecordingOf::Object(recording) => Err(refused(format!(
+            "{}: is a recording of a pushed object (trundle-recording/1), but this needs one of joints",
+            recording.metadata.name
+        ))),
+    }
+}
+
 /// A recording of either format.
 pub(crate) enum AnyRecordingOf {
     Object(Arc<Recording>),

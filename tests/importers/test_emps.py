@@ -11,6 +11,8 @@ import pytest
 import scipy.io
 
 import trundle
+from tests.importers.conftest import Import
+from tests.importers.mechanisms import check_joints
 from trundle.importers import read
 from trundle.importers.matfile import MatFile
 
@@ -72,3 +74,28 @@ def test_the_voltage_contains_the_pulses(real_data: Callable[[str], Path]) -> No
     moved = (pulsed.vector("qm") - plain.vector("qm"))[edges]
     settled = 5.0 / float(plain.vector("kp")[0] * plain.vector("kv")[0])
     np.testing.assert_allclose(np.median(moved[1::2]) - np.median(moved[::2]), settled, rtol=0.1)
+
+
+def test_format_2_is_a_slide_with_a_published_gain(tmp_path: Path, imported: Import) -> None:
+    got = imported(write(tmp_path), "emps", {"format": 2})
+    check_joints(got)
+    assert got.metadata["effort"] == {"source": "commanded", "gain": 35.0}
+    table = got.episodes["episode_00"]
+    np.testing.assert_allclose(table["effort_load"], 1 + table["t"])
+    np.testing.assert_allclose(table["target_load"], table["q_load"])
+    with pytest.raises(ValueError, match="`format` = 3; it is one of 1, 2"):
+        imported(tmp_path, "emps", {"format": 3})
+
+
+def test_the_real_effort_is_that_of_the_published_model(
+    real_data: Callable[[str], Path], imported: Import
+) -> None:
+    got = imported(real_data("emps"), "emps", {"format": 2})
+    check_joints(got)
+    table = got.episodes["episode_00"]
+    box = np.ones(101) / 101
+    v = np.convolve(np.gradient(table["q_load"], 1e-3), box, "same")
+    moving = np.abs(v) > 0.02
+    force = got.metadata["effort"]["gain"] * np.convolve(table["effort_load"], box, "same")
+    published = 95.11 * np.convolve(np.gradient(v, 1e-3), box, "same") + 203.5 * v + 20.39 * np.sign(v) - 3.16
+    assert np.std((force - published)[moving]) < 0.2 * np.std(force[moving])

@@ -10,6 +10,7 @@ import pytest
 
 import trundle
 from tests.importers.conftest import Import
+from tests.importers.mechanisms import check_joints
 from trundle.importers import Imported, read
 
 AREA = np.pi * 0.025**2 / 4
@@ -171,3 +172,17 @@ def test_friction_grows_with_pressure_in_real_logs(real_data: Callable[[str], Pa
     for seal in ("O-ring", "X-ring257"):
         found = [friction(real_data("pneumatic-seal") / f"{seal}_{bar}bar.csv") for bar in (1, 3, 5, 7)]
         assert np.all(np.diff(found) > 0), found
+
+
+def test_format_2_is_a_slide_with_pressure_as_known_effort(tmp_path: Path, imported: Import) -> None:
+    path = write(tmp_path / "O-ring_3bar.csv", rows())
+    rail, got = read(path, "pneumatic-seal"), imported(path, "pneumatic-seal", {"format": 2})
+    check_joints(got)
+    assert got.metadata["mechanism"] == {"axis": "slide", "joints": ["piston"], "imposed": True}
+    assert got.metadata["split"] == rail.metadata["split"]
+    for name, table in got.episodes.items():
+        old = rail.episodes[name]
+        np.testing.assert_array_equal(table["q_piston"], old["object_x"])
+        np.testing.assert_array_equal(table["load_piston"], old["note_pressure"])
+        np.testing.assert_allclose(table["effort_piston"] + table["known_piston"], old["force_x"], atol=1e-9)
+        np.testing.assert_allclose(table["known_piston"], -AREA * table["load_piston"])

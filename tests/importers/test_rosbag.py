@@ -168,7 +168,7 @@ def test_lost_and_repeated_poses_are_left_out_and_counted(imported: Import, tmp_
         ),
         (
             {"episode": [{"name": "a", "start": 5.0}]},
-            "contains no sample of object; the take lasts 1.995 s",
+            "contains no sample of object_x, object_y, object_theta; the take lasts 1.995 s",
         ),
         ({"world": {"plane": ["x", "-x"]}}, "names one axis twice"),
         (

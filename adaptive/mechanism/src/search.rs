@@ -175,7 +175,6 @@ impl Searcher<'_> {
             Ok::<_, MechanismError>(screened.par_iter().map(optimum).collect::<Vec<Tried>>())
         })?;
         children.sort_by(|a, b| b.log_evidence(&times).total_cmp(&a.log_evidence(&times)));
-        if std::env::var("DBG").is_ok() { for c in &children { let s=self.support(parent,c); eprintln!("  {:?} + {:?} ev {:.1} sd {:.3?} {:.2} {:.2} defined {}", parent.kinds().len(), c.fit.effects.last().map(|e|(e.kind,e.values.clone())), c.log_evidence(&times)-parent.log_evidence(&times), c.fit.sd, s.probability,s.error_ratio, are_defined(self.problem,&c.fit,&self.times(c))); } }
         tried.extend(children.iter().cloned());
         Ok(children)
     }

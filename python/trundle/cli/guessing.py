@@ -30,9 +30,7 @@ def guess(source: Path, pairs: Sequence[str], *, ask: bool) -> MapGuess:
     """
     from trundle.importers.guess import guess_from, read_table, set_key
 
-    given: dict[str, Any] = {}
-    for key, value in parse_pairs(pairs).items():
-        set_key(given, key, value)
+    given = nested(pairs)
     table = read_table(source)
     found = guess_from(source, table, given)
     while ask and is_interactive() and found.questions:
@@ -42,6 +40,16 @@ def guess(source: Path, pairs: Sequence[str], *, ask: bool) -> MapGuess:
         set_key(given, found.questions[0].key, value)
         found = guess_from(source, table, given)
     return found
+
+
+def nested(pairs: Sequence[str]) -> dict[str, Any]:
+    """Return the part of a map that "KEY=VALUE" pairs give, with keys such as "recording.wrench.sign"."""
+    from trundle.importers.guess import set_key
+
+    given: dict[str, Any] = {}
+    for key, value in parse_pairs(pairs).items():
+        set_key(given, key, value)
+    return given
 
 
 def is_interactive() -> bool:

@@ -39,9 +39,9 @@ from trundle._optional import require
 from trundle.atomic import report_target_path
 from trundle.export.markers import MARKERS, TRANSFORMS, Marker, arrow_markers, scene_markers
 from trundle.export.messages import NS_PER_S, Bag
+from trundle.importers.bags import open_bag
 from trundle.importers.config import MapError
 from trundle.importers.layout import ShowProgress, SourceError
-from trundle.importers.rosbag import open_bag
 from trundle.importers.rotations import from_heading
 from trundle.importers.trundle_mcap import (
     DESCRIPTION,

@@ -19,6 +19,7 @@ from typing import Any, cast
 
 from trundle.importers.config import MapError, load
 from trundle.importers.guess import MapGuess, guess_map, map_text, write_map
+from trundle.importers.joints.documents import add_models
 from trundle.importers.layout import Imported, Importer, ShowProgress, SourceError
 
 __all__ = [
@@ -43,10 +44,14 @@ IMPORTERS = {
     "cmu-planar-push": "cmu",
     "csv": "csv_map",
     "emps": "emps",
+    "lerobot": "lerobot",
     "mat": "mat",
     "mcap": "rosbag",
+    "pendulum": "pendulum",
     "pneumatic-seal": "pneumatic_seal",
     "rosbag2": "rosbag",
+    "so101": "so101",
+    "xl330": "xl330",
 }
 """Module of this package by layout."""
 GUESS_HINT = defaultdict(str, csv="; --guess proposes one, and --init MAP writes it")
@@ -115,7 +120,9 @@ def read(
         raise SourceError(source, "no such file or folder")
     settings = load(map_file) if isinstance(map_file, Path) else map_file or {}
     try:
-        return module.read(source, settings, say)
+        imported = module.read(source, settings, say)
+        add_models(imported, map_file.parent if isinstance(map_file, Path) else Path())
+        return imported
     except MapError as error:
         named = map_file if isinstance(map_file, Path) else "map"
         raise MapError(f"{named}: {error}") from error

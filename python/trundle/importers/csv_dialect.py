@@ -25,7 +25,7 @@ EMPTY = ("", "nan", "null", "none", "na")
 
 @dataclass(frozen=True)
 class Dialect:
-    """Layout of a CSV file; the fields are those of `CsvMap`.
+    """Layout of a CSV file; the fields are those of `DialectMap`.
 
     Attributes
     ----------

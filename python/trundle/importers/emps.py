@@ -6,15 +6,15 @@ Identification Benchmarks, 2019.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from trundle.importers.config import typed
-from trundle.importers.layout import Columns, Imported, ShowProgress, SourceError
+from trundle.importers.layout import Columns, Floats, Imported, ShowProgress, SourceError
 from trundle.importers.matfile import MatFile
 from trundle.importers.streams import Stream, join
 
@@ -23,6 +23,9 @@ __all__ = ["NEEDS_MAP", "EmpsMap", "read"]
 NEEDS_MAP = False
 
 EPISODE_FILES = {"episode_00": "DATA_EMPS.mat", "episode_01": "DATA_EMPS_PULSES.mat"}
+
+NAMES = {1: ("t", "qm", "vir"), 2: ("t", "qm", "vir", "qg")}
+"""Signals by format version: time, measured position, voltage and commanded position."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +36,15 @@ class EmpsMap:
     ----------
     name : str
         Name of the recording.
+    format : int
+        Version of the recording's format: 1 for an object on a rail, 2 for a slide joint, whose effort is in
+        volts with the published gain.
     held_out : list of str
         Held-out episodes. `episode_00` is the estimation file, `episode_01` the file with pulses.
     """
 
     name: str = "EMPS: electro-mechanical positioning system"
+    format: Literal[1, 2] = 1
     held_out: list[str] = field(default_factory=lambda: ["episode_01"])
 
 
@@ -54,23 +61,16 @@ def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Import
             source, f"not a folder; give the folder that contains {' and '.join(EPISODE_FILES.values())}"
         )
     episodes: dict[str, Columns] = {}
+    gains: list[float] = []
     for episode, file in EPISODE_FILES.items():
         say(file)
-        episodes[episode] = _episode(MatFile(source / file))
-    metadata = {
-        "format": "trundle-recording/1",
+        signals, gain = _signals(MatFile(source / file), NAMES[options.format])
+        episodes[episode] = _rail(signals, gain) if options.format == 1 else _joint(signals)
+        gains.append(gain)
+    if len(set(gains)) > 1:
+        raise SourceError(source, f"`gtau` differs between the files: {gains}; are they of one benchmark?")
+    shared = {
         "name": options.name,
-        # The axis moves at 7 mm/s in the first sample: both files begin inside the reference motion.
-        "at_rest": False,
-        "object": {"dof": ["x"]},
-        "wrench": {
-            "frame": "object",
-            "reference": "object",
-            "sign": "on_object",
-            "raw": False,
-            "contact": "grasp",
-            "source": "commanded",
-        },
         "split": {"held_out": options.held_out},
         "notes": {
             "origin": "EMPS benchmark, Janot, Gautier and Brunot 2019, nonlinearbenchmark.org",
@@ -78,16 +78,57 @@ def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Import
             "files": dict(EPISODE_FILES),
         },
     }
-    return Imported(metadata, episodes, [])
+    special = RAIL if options.format == 1 else joint_metadata(gains[0])
+    return Imported({**special, **shared}, episodes, [])
 
 
-def _episode(file: MatFile) -> Columns:
-    t, x, volts, gain = (file.vector(name) for name in ("t", "qm", "vir", "gtau"))
-    if len(gain) != 1 or not len(t) == len(x) == len(volts):
+RAIL: dict[str, Any] = {
+    "format": "trundle-recording/1",
+    # The axis moves at 7 mm/s in the first sample: both files begin inside the reference motion.
+    "at_rest": False,
+    "object": {"dof": ["x"]},
+    "wrench": {
+        "frame": "object",
+        "reference": "object",
+        "sign": "on_object",
+        "raw": False,
+        "contact": "grasp",
+        "source": "commanded",
+    },
+}
+
+
+def joint_metadata(gain: float) -> dict[str, Any]:
+    """Return the metadata of a slide joint with a drive of `gain`, N/V."""
+    return {
+        "format": "trundle-recording/2",
+        "mechanism": {"axis": "slide", "joints": ["load"]},
+        # The voltage is the reference of a current loop, not that of the motor's winding.
+        "effort": {"source": "commanded", "gain": gain},
+        "start": {"at_rest": False},
+    }
+
+
+def _signals(file: MatFile, names: Sequence[str]) -> tuple[dict[str, Floats], float]:
+    """Return some signals by name, and the gain of the drive, N/V."""
+    found = {name: file.vector(name) for name in names}
+    gain = file.vector("gtau")
+    if len(gain) != 1 or len({len(values) for values in found.values()}) > 1:
+        sizes = ", ".join(str(len(values)) for values in found.values())
         raise SourceError(
             file.path,
-            f"`t`, `qm`, `vir` have {len(t)}, {len(x)}, {len(volts)} samples and `gtau` {len(gain)}; "
-            "the first three must be equally long and `gtau` one number; is this a file of the benchmark?",
+            f"{', '.join(f'`{name}`' for name in names)} have {sizes} samples and `gtau` {len(gain)}; "
+            "the first must be equally long and `gtau` one number; is this a file of the benchmark?",
         )
-    force = gain[0] * volts
-    return join([Stream(["object_x", "force_x"], t, np.column_stack([x, force]))])
+    return found, float(gain[0])
+
+
+def _rail(signals: dict[str, Floats], gain: float) -> Columns:
+    values = np.column_stack([signals["qm"], gain * signals["vir"]])
+    return join([Stream(["object_x", "force_x"], signals["t"], values)])
+
+
+def _joint(signals: dict[str, Floats]) -> Columns:
+    names = {"q_load": "qm", "effort_load": "vir", "target_load": "qg"}
+    values = np.column_stack([signals[name] for name in names.values()])
+    return join([Stream(list(names), signals["t"], values)])

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import Recording, TrundleError
+
+if TYPE_CHECKING:
+    from trundle._native import JointRecording
 
 __all__ = ["Columns", "Floats", "Imported", "Importer", "ShowProgress", "SourceError"]
 
@@ -39,16 +42,18 @@ class SourceError(ValueError):
 
 @dataclass
 class Imported:
-    """A recording before validation.
+    """A recording before validation, of a pushed object or of joints.
 
     Attributes
     ----------
     metadata : dict
-        `recording.toml` as a dictionary.
+        `recording.toml` as a dictionary; its `format` is that of an object or of joints.
     episodes : dict of str to Columns
         Tables by episode name, in SI units, with strictly increasing times.
     remarks : list of str
         Omitted samples and other changes, with counts. No data is changed without a remark.
+    files : dict of str to str
+        Text of the models of joints by file name.
 
     Examples
     --------
@@ -61,8 +66,9 @@ class Imported:
     metadata: dict[str, Any]
     episodes: dict[str, Columns]
     remarks: list[str] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)
 
-    def recording(self) -> Recording:
+    def recording(self) -> Recording | JointRecording:
         """Return the validated recording.
 
         Raises
@@ -72,6 +78,10 @@ class Imported:
         """
         from trundle.importers.guess.metadata import missing_metadata
 
+        if self.metadata.get("format") == "trundle-recording/2":
+            from trundle._native import JointRecording
+
+            return JointRecording(self.metadata, self.episodes, files=self.files)
         columns = {column for table in self.episodes.values() for column in table}
         missing = missing_metadata(self.metadata, columns)
         if missing:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from trundle._native import TrundleError
 from trundle._optional import require
 from trundle.importers import matlab
 from trundle.importers.layout import Floats, SourceError
-from trundle.importers.matlab import DamagedError, HDF5Error, Other, Struct, Value
+from trundle.importers.matlab import Cell, DamagedError, HDF5Error, Other, Struct, Value
 
 __all__ = ["MatFile"]
 
@@ -58,9 +59,34 @@ class MatFile:
             raise SourceError(self.path, f"`{name}` of the shape {values.shape} has no column {index}")
         return values[:, index - 1]
 
+    def matrix(self, name: str, order: Sequence[str]) -> Floats:
+        """Return a matrix, shape (n, k) with a column for each name in `order`, also from (k, n)."""
+        values, width = self._numbers(name), len(order)
+        if values.ndim == 2 and values.shape[1] == width:
+            return values
+        if values.ndim == 2 and values.shape[0] == width:
+            return values.T
+        raise SourceError(
+            self.path,
+            f"`{name}` of the shape {values.shape} has no dimension of {width}, the number of joints in "
+            f"`order` (by default `joints`): {', '.join(order)}; give `order`, the joints in the order of "
+            "its columns",
+        )
+
+    def cells(self, name: str) -> list[str]:
+        """Return a numeric vector as text."""
+        return [f"{value:g}" for value in self.vector(name)]
+
+    def cell(self, name: str) -> list[Floats]:
+        """Return the matrices in a cell array, in the order of its columns."""
+        value = self._variable(name)
+        if not isinstance(value, Cell) or not all(isinstance(each, np.ndarray) for each in value.values):
+            raise SourceError(self.path, f"variable `{name}` is not a cell array of matrices")
+        return [each for each in value.values if isinstance(each, np.ndarray)]
+
     def _numbers(self, name: str) -> Floats:
         value = self._variable(name)
-        if isinstance(value, (Struct, Other)):
+        if not isinstance(value, np.ndarray):
             raise SourceError(
                 self.path,
                 f"variable `{name}` is not an array of numbers; export its field as a separate variable",

@@ -1,6 +1,6 @@
 """Reader of numeric variables in MATLAB files of versions 4 to 7.2, safe for malformed input.
 
-The format is described in MathWorks' "MAT-File Format" (R2019b). Of cells, text, sparse arrays and objects
+The format is described in MathWorks' "MAT-File Format" (R2019b). Of text, sparse arrays and objects
 only name and shape are read. Every length is checked against the remaining bytes, and the size of
 decompressed data is limited.
 """
@@ -15,8 +15,9 @@ from typing import TypeAlias
 import numpy as np
 
 from trundle.importers.layout import Floats
+from trundle.importers.matlab_bytes import COMPRESSED, Budget, Bytes, DamagedError
 
-__all__ = ["DamagedError", "HDF5Error", "Other", "Struct", "Value", "read"]
+__all__ = ["Cell", "DamagedError", "HDF5Error", "Other", "Struct", "Value", "read"]
 
 BASE_MEMORY_BYTES = 64 << 20
 """Constant part of the memory limit of a file's variables, bytes; as for tables of recordings."""
@@ -28,7 +29,7 @@ MAX_DIMENSIONS = 32
 """Maximum number of dimensions, that of NumPy 1."""
 
 HEADER_BYTES = 128
-MATRIX, COMPRESSED = 14, 15
+MATRIX = 14
 NUMBERS = {
     1: "i1",
     2: "u1",
@@ -42,16 +43,12 @@ NUMBERS = {
     13: "u8",
 }
 """Stored number types."""
-STRUCT, NUMERIC = 2, range(6, 16)
+CELL, STRUCT, NUMERIC = 1, 2, range(6, 16)
 """Array classes."""
-CLASSES = {1: "cell", 3: "object", 4: "text", 5: "sparse", 16: "function", 17: "object"}
+CLASSES = {3: "object", 4: "text", 5: "sparse", 16: "function", 17: "object"}
 COMPLEX = 0x800
 VERSION_4_NUMBERS = ["f8", "f4", "i4", "i2", "u2", "u1"]
 """Stored number types of version 4."""
-
-
-class DamagedError(ValueError):
-    """The file is malformed; the message describes how."""
 
 
 class HDF5Error(ValueError):
@@ -74,7 +71,15 @@ class Other:
     kind: str
 
 
-Value: TypeAlias = Floats | Struct | Other
+@dataclass
+class Cell:
+    """A cell array; its elements are in the order of its columns."""
+
+    shape: tuple[int, ...]
+    values: list[Value]
+
+
+Value: TypeAlias = Floats | Struct | Cell | Other
 
 
 def read(content: bytes) -> dict[str, Value]:
@@ -106,68 +111,6 @@ def read(content: bytes) -> dict[str, Value]:
         if variable is not None:
             found[variable[0]] = variable[1]
     return found
-
-
-class Budget:
-    """A memory budget, bytes."""
-
-    def __init__(self, limit: int) -> None:
-        self.limit = self.left = limit
-
-    def take(self, size: int) -> None:
-        """Reduce the budget by `size`; raise `DamagedError` if it is exceeded."""
-        if size > self.left:
-            raise DamagedError(
-                f"its variables need more than {self.limit >> 20} MiB, the limit for a file of this size; "
-                "save it uncompressed with `save(file, '-v6')`"
-            )
-        self.left -= size
-
-
-class Bytes:
-    """A sequential reader of bytes."""
-
-    def __init__(self, data: memoryview, order: str, budget: Budget) -> None:
-        self.data, self.order, self.budget = data, order, budget
-
-    @property
-    def left(self) -> int:
-        """Number of remaining bytes."""
-        return len(self.data)
-
-    def take(self, size: int) -> Bytes:
-        """Return the next `size` bytes."""
-        if not 0 <= size <= len(self.data):
-            raise DamagedError(f"{size} more bytes expected at the end")
-        taken, self.data = self.data[:size], self.data[size:]
-        return Bytes(taken, self.order, self.budget)
-
-    def numbers(self, kind: str, count: int) -> Floats:
-        """Return the next `count` numbers of a type such as `f8`, as float64."""
-        size = np.dtype(kind).itemsize
-        if not 0 <= count <= len(self.data) // size:
-            raise DamagedError(f"{count} more numbers expected at the end")
-        self.budget.take(8 * count)
-        raw = np.frombuffer(self.take(size * count).data, dtype=self.order + kind)
-        with np.errstate(invalid="ignore"):  # a signalling NaN
-            return raw.astype(np.float64)
-
-    def whole(self, count: int) -> list[int]:
-        """Return the next `count` 4-byte integers."""
-        size = self.take(4 * count).data
-        return [int(value) for value in np.frombuffer(size, dtype=self.order + "i4")]
-
-    def element(self) -> tuple[int, Bytes]:
-        """Return type and content of the next data element."""
-        tag = int(np.frombuffer(self.take(4).data, dtype=self.order + "u4")[0])
-        if tag >> 16:
-            content = self.take(4)
-            return tag & 0xFFFF, content.take(tag >> 16)
-        size = int(np.frombuffer(self.take(4).data, dtype=self.order + "u4")[0])
-        content = self.take(size)
-        if tag != COMPRESSED:
-            self.take(min(-size % 8, self.left))
-        return tag, content
 
 
 def _variable(rest: Bytes) -> tuple[str, Value] | None:
@@ -205,6 +148,8 @@ def _matrix(content: Bytes, depth: int) -> tuple[str, Value]:
         raise DamagedError(f"variable {name!r} has the shape {shape}")
     if number == STRUCT:
         return name, _struct(content, shape, depth)
+    if number == CELL:
+        return name, Cell(shape, [_element(content, name, depth) for _ in range(math.prod(shape))])
     if number not in NUMERIC or flags & COMPLEX:
         return name, Other(shape, CLASSES.get(number, "complex" if number in NUMERIC else "unknown"))
     kind, numbers = content.element()
@@ -221,11 +166,16 @@ def _struct(content: Bytes, shape: tuple[int, ...], depth: int) -> Struct:
     known = [_text(names.take(length)) for _ in range(names.left // length)]
     fields: dict[str, Value] = {}
     for name in known if math.prod(shape) else []:
-        kind, field = content.element()
-        if kind != MATRIX:
-            raise DamagedError(f"field {name!r} of a structure is not an array")
-        fields[name] = _matrix(field, depth + 1)[1]
+        fields[name] = _element(content, name, depth)
     return Struct(shape, fields)
+
+
+def _element(content: Bytes, name: str, depth: int) -> Value:
+    """Return the next array inside a structure or cell."""
+    kind, inner = content.element()
+    if kind != MATRIX:
+        raise DamagedError(f"an element of {name!r} is not an array")
+    return _matrix(inner, depth + 1)[1]
 
 
 def _text(content: Bytes) -> str:

@@ -10,13 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from trundle.importers.cmu_frames import numbers
 from trundle.importers.config import MapError, typed
+from trundle.importers.joints.joint_map import merge
 from trundle.importers.layout import Columns, Floats, Imported, ShowProgress, SourceError
+from trundle.importers.seal_metadata import JOINT, RAIL
 
 __all__ = ["NEEDS_MAP", "SealMap", "force_on_piston", "read"]
 
@@ -49,12 +51,16 @@ class SealMap:
         Names of the files of a folder to read, without `.csv`: one seal at several pressures.
     bore : float
         Bore of the cylinder in m, for seals other than `O-ring` and `X-ring257`.
+    format : int
+        Version of the recording's format: 1 for an object on a rail, 2 for a slide joint, whose effort is the
+        load cell, with the pressure as a known effort and as the load of friction.
     """
 
     name: str | None = None
     held_out: int = 2
     files: list[str] | None = None
     bore: float | None = None
+    format: Literal[1, 2] = 1
 
 
 def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
@@ -73,7 +79,7 @@ def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Import
     remarks: list[str] = []
     for path in files:
         say(path.name)
-        pairs, new_remarks = _pairs(path, bore)
+        pairs, new_remarks = _pairs(path, bore, options.format)
         if len(pairs) <= options.held_out:
             raise SourceError(
                 path,
@@ -84,7 +90,15 @@ def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Import
         episodes |= dict(zip(names, pairs, strict=True))
         held_out += names[-options.held_out :]
         remarks += new_remarks
-    return Imported(_metadata(source, files, options, bore, held_out), episodes, remarks)
+    metadata = merge(
+        RAIL if options.format == 1 else JOINT,
+        {
+            "name": options.name or f"piston seal, {source.stem}",
+            "split": {"held_out": held_out},
+            "notes": {"bore_m": bore, "files": [path.name for path in files]},
+        },
+    )
+    return Imported(metadata, episodes, remarks)
 
 
 def force_on_piston(load_cell: Floats, pressure: Floats, bore: float) -> Floats:
@@ -148,9 +162,10 @@ def _bore(files: list[Path], given: float | None) -> float:
     return BORES_M[seals[0]]
 
 
-def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
+def _pairs(path: Path, bore: float, form: int) -> tuple[list[Columns], list[str]]:
     """Return one table for each pair of strokes of a log, and remarks."""
-    t, x, pressure, force = _samples(path, bore)
+    t, x, pressure, load_cell = _samples(path)
+    columns = _columns(form, x, pressure, load_cell, bore)
     edges = _inner_reversals(x)
     pairs: list[Columns] = []
     remarks: list[str] = []
@@ -161,14 +176,8 @@ def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
                 f"{path.name}: {end - begin - len(rows)} rows of pair {len(pairs) + 1} omitted because of a "
                 f"gap of more than {MAX_GAP_S} s"
             )
-        pairs.append(
-            {
-                "t": np.round(t[rows] - t[rows[0]], 3),
-                "object_x": x[rows],
-                "force_x": force[rows],
-                "note_pressure": pressure[rows],
-            }
-        )
+        times = np.round(t[rows] - t[rows[0]], 3)
+        pairs.append({"t": times} | {name: values[rows] for name, values in columns.items()})
     if edges[-1] < len(t) and pairs:
         remarks.append(
             f"{path.name}: {len(t) - edges[-1]} rows after the last complete pair of strokes omitted"
@@ -181,8 +190,21 @@ def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
     return pairs, remarks
 
 
-def _samples(path: Path, bore: float) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return time (s), position (m), pressure (Pa) and force on the piston (N) of a log."""
+def _columns(form: int, x: Floats, pressure: Floats, load_cell: Floats, bore: float) -> Columns:
+    """Return the columns of a recording of a format version, without the time."""
+    if form == 1:
+        force = force_on_piston(load_cell, pressure, bore)
+        return {"object_x": x, "force_x": force, "note_pressure": pressure}
+    return {
+        "q_piston": x,
+        "effort_piston": load_cell,
+        "known_piston": force_on_piston(np.zeros_like(load_cell), pressure, bore),
+        "load_piston": pressure,
+    }
+
+
+def _samples(path: Path) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return time (s), position (m), pressure (Pa) and load cell (N) of a log."""
     if not path.is_file():
         raise SourceError(path, "no such file")
     lines = path.read_text(encoding="ascii", errors="replace").splitlines()
@@ -194,8 +216,7 @@ def _samples(path: Path, bore: float) -> tuple[Floats, Floats, Floats, Floats]:
         raise SourceError(
             path, f"row {row}: time {table[row - 1, TIME]:g} ms is not greater than in the row before"
         )
-    pressure = table[:, PRESSURE] * BAR
-    return t, table[:, POSITION] * MILLIMETRE, pressure, force_on_piston(table[:, LOAD_CELL], pressure, bore)
+    return t, table[:, POSITION] * MILLIMETRE, table[:, PRESSURE] * BAR, table[:, LOAD_CELL]
 
 
 def _inner_reversals(x: Floats) -> list[int]:
@@ -222,36 +243,3 @@ def _longest_run(t: Floats, begin: int, end: int) -> np.ndarray:
     gaps = begin + 1 + np.flatnonzero(np.diff(t[begin:end]) > MAX_GAP_S)
     runs = np.split(np.arange(begin, end), gaps - begin)
     return max(runs, key=len)
-
-
-def _metadata(
-    source: Path, files: list[Path], options: SealMap, bore: float, held_out: list[str]
-) -> dict[str, Any]:
-    """Return the content of `recording.toml`."""
-    return {
-        "format": "trundle-recording/1",
-        "name": options.name or f"piston seal, {source.stem}",
-        # All pairs but the first begin in the middle of the motion.
-        "at_rest": False,
-        "object": {"dof": ["x"]},
-        "wrench": {
-            "frame": "object",
-            "reference": "object",
-            "sign": "on_object",
-            "raw": False,
-            "contact": "grasp",
-            "source": "measured",
-        },
-        "split": {"held_out": held_out},
-        "notes": {
-            "origin": "github.com/EvaZillen/3D-printed-pneumatic-actuator, "
-            "results_pneumatic-actuator/data/friction; thesis, Delft University of Technology",
-            "licence": "CC0 1.0",
-            "force": "load cell minus pressure times bore area: the force that overcomes friction",
-            "bore_m": bore,
-            "note_pressure": "gauge pressure, Pa",
-            "motion": "imposed and slow: inertia is negligible, so open-loop positions are not meaningful",
-            "episodes": "pairs of strokes, forth and back",
-            "files": [path.name for path in files],
-        },
-    }

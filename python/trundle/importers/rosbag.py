@@ -1,16 +1,17 @@
-"""ROS 2 bags: a bare `.mcap` or `.db3`, a rosbag2 folder, or a folder of several."""
+"""ROS 2 bags of a pushed object, or of joints; bags are found and read by `bags`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from trundle._optional import require
 from trundle.importers import trundle_mcap
+from trundle.importers.bags import check_topic, list_bags, messages, open_bag
 from trundle.importers.config import MapError, typed
+from trundle.importers.joints.bag import read_bag_joints
+from trundle.importers.joints.joint_map import is_joint_map
 from trundle.importers.layout import Imported, ShowProgress, SourceError
 from trundle.importers.messages import READERS, Samples
 from trundle.importers.poses import Poses, World
@@ -27,14 +28,12 @@ from trundle.importers.takes import (
 if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
 
-__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "GripperTopic", "TopicMap", "open_bag", "read"]
+__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "GripperTopic", "TopicMap", "read"]
 
 NEEDS_MAP = False
 """Bags that trundle wrote need no map; `read` requires one for others."""
 
 ROLES = {"object": "pose", "gripper": "pose", "wrench": "wrench"}
-MESSAGES_PER_PROGRESS = 20_000
-"""Number of messages between two progress reports."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,9 @@ class BagMap:
 
 def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read a bag, or every bag of a folder in the order of their names."""
-    bags = _bags(source)
+    bags = list_bags(source)
+    if is_joint_map(settings):
+        return read_bag_joints(source, bags, settings, say)
     if not settings:
         return _read_exported(source, bags, say)
     source_map = typed(BagMap, settings)
@@ -111,21 +112,6 @@ def _read_exported(source: Path, bags: list[Path], say: ShowProgress) -> Importe
 
 def _frame(topic: TopicMap) -> str | None:
     return topic.frame if isinstance(topic, BodyTopic) else None
-
-
-def _bags(source: Path) -> list[Path]:
-    if source.suffix == ".bag":
-        raise SourceError(source, "a ROS 1 bag; convert it with `rosbags-convert --src IN.bag --dst OUT`")
-    if source.is_file() or (source / "metadata.yaml").is_file():
-        return [source]
-    inside = sorted(
-        path
-        for path in source.iterdir()
-        if path.suffix in (".mcap", ".db3") or (path / "metadata.yaml").is_file()
-    )
-    if not inside:
-        raise SourceError(source, "no bag: neither metadata.yaml nor any .mcap, .db3 or bag folder inside")
-    return inside
 
 
 def _read_take(bag: Path, source_map: BagMap, say: ShowProgress) -> Take:
@@ -156,54 +142,20 @@ def _collect(bag: Path, source_map: BagMap, say: ShowProgress) -> dict[str, Samp
         for role, topic in topics.items()
     }
     wanted = {topic.topic for topic in topics.values()}
-    types = require("rosbags.typesys", "ros", "ROS bags")
-    store = types.get_typestore(types.Stores.LATEST)
     with open_bag(bag) as reader:
         for role, topic in topics.items():
             _check_topic(bag, reader, role, topic)
-        connections = [connection for connection in reader.connections if connection.topic in wanted]
-        for count, (connection, stamp, data) in enumerate(reader.messages(connections=connections)):
-            if count % MESSAGES_PER_PROGRESS == 0:
-                say(f"{bag.name}: {count} messages")
-            message = store.deserialize_cdr(data, connection.msgtype)
+        for name, kind, stamp, message in messages(bag, reader, wanted, say):
             for role, topic in topics.items():
-                if topic.topic == connection.topic:
-                    samples[role].add(message, connection.msgtype, stamp)
+                if topic.topic == name:
+                    samples[role].add(message, kind, stamp)
     for role, each in samples.items():
         each.check(bag, role)
     return samples
 
 
-@contextmanager
-def open_bag(bag: Path) -> Iterator[Reader]:
-    """Open a bag for reading; the error for a damaged bag names a remedy."""
-    rosbag2 = require("rosbags.rosbag2", "ros", "ROS bags")
-    try:
-        with rosbag2.Reader(bag) as reader:
-            yield reader
-    except (SourceError, MapError, OSError):
-        raise
-    except KeyError as error:
-        remedy = "copy the ROS 2 topics to another bag with `mcap filter IN -o OUT -y TOPIC`"
-        raise SourceError(
-            bag, f"contains channels that are not ROS 2 messages ({error}); {remedy}"
-        ) from error
-    except Exception as error:
-        # For a damaged file the library may raise any exception.
-        remedy = "recover it with `mcap recover IN -o OUT` or `ros2 bag reindex FOLDER`"
-        raise SourceError(bag, f"damaged bag ({type(error).__name__}: {error}); {remedy}") from error
-
-
 def _check_topic(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
-    types = {connection.topic: connection.msgtype for connection in reader.connections}
-    listing = ", ".join(f"{name} ({kind})" for name, kind in sorted(types.items())) or "none"
-    if topic.topic not in types:
-        raise SourceError(bag, f"no topic {topic.topic!r} for {role}; the topics are: {listing}")
-    kind = types[topic.topic]
     fitting = [name for name, each in READERS.items() if each.gives == ROLES[role]]
-    if kind not in fitting:
-        raise SourceError(
-            bag, f"topic {topic.topic} for {role} has the type {kind}; it must be one of {', '.join(fitting)}"
-        )
+    kind = check_topic(bag, reader, role, topic.topic, fitting)
     if READERS[kind].framed and _frame(topic) is None:
         raise MapError(f"`{role}.frame` is missing: give a child frame of {topic.topic}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,15 +27,22 @@ class Stream:
         Sample times, s, not necessarily increasing.
     values : (n, k) array
         SI units.
+    held : bool
+        Whether a value holds until the next sample, as that of a command does.
     """
 
     names: Sequence[str]
     t: Floats
     values: Floats
+    held: bool = False
 
     def where(self, keep: np.ndarray) -> Stream:
         """Return the samples selected by a mask or by indices."""
-        return Stream(self.names, self.t[keep], self.values[keep])
+        return replace(self, t=self.t[keep], values=self.values[keep])
+
+    def later(self, seconds: float) -> Stream:
+        """Return the same samples with `seconds` added to their times."""
+        return replace(self, t=self.t + seconds)
 
     def ordered(self) -> tuple[Stream, int]:
         """Return the samples sorted by time, without repeated stamps, and the number of dropped samples."""
@@ -72,8 +79,13 @@ def drop_stale(stream: Stream, rest: float = MIN_REST_DURATION_S) -> tuple[Strea
 
 
 def interval(stream: Stream, begin: float, end: float) -> Stream:
-    """Return the samples with `begin` <= t <= `end`."""
-    return stream.where((stream.t >= begin) & (stream.t <= end))
+    """Return the samples with `begin` <= t <= `end`, and the value that a held stream has at `begin`."""
+    inside = stream.where((stream.t >= begin) & (stream.t <= end))
+    before = np.flatnonzero(stream.t < begin)
+    if not stream.held or not len(before) or (len(inside.t) and inside.t[0] == begin):
+        return inside
+    first = stream.values[before[-1:]]
+    return replace(inside, t=np.append(begin, inside.t), values=np.vstack([first, inside.values]))
 
 
 def join(streams: Sequence[Stream]) -> Columns:

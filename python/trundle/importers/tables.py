@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 
 from trundle.importers.config import MapError
-from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
+from trundle.importers.layout import Imported, ShowProgress, SourceError
 from trundle.importers.poses import Poses, World
+from trundle.importers.quantity import Quantity, Vectors, numbers
 from trundle.importers.rotations import from_heading
 from trundle.importers.streams import Stream
 from trundle.importers.takes import (
@@ -25,7 +26,7 @@ from trundle.importers.takes import (
 )
 from trundle.importers.units import UNITS
 
-__all__ = ["Quantity", "TableMap", "Vectors", "read_files", "take"]
+__all__ = ["TableMap", "list_files", "read_files", "take"]
 
 Role = Literal["object", "gripper", "wrench"]
 POSE = {"x": "length", "y": "length", "z": "length", "theta": "angle"} | dict.fromkeys(
@@ -40,43 +41,6 @@ DIMENSIONS = (
 
 
 ROLES: tuple[Role, ...] = ("object", "gripper", "wrench")
-
-
-class Vectors(Protocol):
-    """A file of named vectors."""
-
-    path: Path
-
-    def vector(self, name: str, index: int | None = None) -> Floats:
-        """Return a vector, NaN where a cell is empty; `index` selects a column of a matrix, from 1."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """Source of one column of the recording.
-
-    Attributes
-    ----------
-    name : str
-        Column or variable of the file.
-    product : list of str
-        Several names, instead of `name`, that are multiplied. A scalar multiplies all samples.
-    sum : list of str or Quantity
-        Several quantities, instead of `name`, that are added, such as seconds and nanoseconds.
-    index : int
-        Column of a matrix variable, from 1.
-    unit : str
-        "mm", "deg", "ms", …; by default SI.
-    scale : float
-        A factor, such as -1 for an axis in the opposite direction.
-    """
-
-    name: str | None = None
-    product: list[str] | None = None
-    sum: list[str | Quantity] | None = None
-    index: int | None = None
-    unit: str | None = None
-    scale: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -115,14 +79,19 @@ def read_files(
     say: ShowProgress,
 ) -> Imported:
     """Read one file, or every file of a folder with the suffix `suffix`, in the order of their names."""
-    files = sorted(source.glob(f"*{suffix}")) if source.is_dir() else [source]
-    if not files:
-        raise SourceError(source, f"no *{suffix} in this folder")
     takes = []
-    for file in files:
+    for file in list_files(source, suffix):
         say(file.name)
         takes.append(take(open_file(file), source_map))
     return assemble(takes, source_map.episode, source_map.recording, source_map.name or source.stem)
+
+
+def list_files(source: Path, suffix: str) -> list[Path]:
+    """Return a file, or the files of a folder with a suffix in the order of their names."""
+    files = sorted(source.glob(f"*{suffix}")) if source.is_dir() else [source]
+    if not files:
+        raise SourceError(source, f"no *{suffix} in this folder")
+    return files
 
 
 def take(file: Vectors, source_map: TableMap) -> Take:
@@ -165,8 +134,10 @@ def _stream(file: Vectors, source_map: TableMap, role: Role, names: list[str]) -
     clock = source_map.times.get(role, source_map.time)
     if clock is None:
         raise MapError(f"no time for {role}; set `time` or `times.{role}`")
-    t = _vector(file, clock, "time", "time")
-    vectors = [_vector(file, source_map.columns[name], DIMENSIONS[name], f"columns.{name}") for name in names]
+    t = numbers(file, clock, UNITS["time"], "time")
+    vectors = [
+        numbers(file, source_map.columns[name], UNITS[DIMENSIONS[name]], f"columns.{name}") for name in names
+    ]
     for name, vector in zip(names, vectors, strict=True):
         if len(vector) != len(t):
             raise SourceError(
@@ -184,29 +155,6 @@ def _stream(file: Vectors, source_map: TableMap, role: Role, names: list[str]) -
     # Rows where all columns of the stream are empty are not samples of it.
     there = ~empty.all(axis=1)
     return Stream(names, t[there], values[there])
-
-
-def _vector(file: Vectors, what: str | Quantity, dimension: str, where: str) -> Floats:
-    quantity = Quantity(name=what) if isinstance(what, str) else what
-    if [quantity.name, quantity.product, quantity.sum].count(None) != 2:
-        raise MapError(f"`{where}`: give one of `name`, `product` and `sum`")
-    units = UNITS[dimension]
-    unit = next(iter(units)) if quantity.unit is None else quantity.unit
-    if unit not in units:
-        raise MapError(f"`{where}.unit` = {unit!r}: unknown unit; use one of {', '.join(map(repr, units))}")
-    if quantity.sum is not None:
-        terms = [_vector(file, term, dimension, f"{where}.sum") for term in quantity.sum]
-        return np.asarray(np.sum(terms, axis=0) * units[unit] * quantity.scale)
-    names = quantity.product or [str(quantity.name)]
-    factors = [file.vector(name, quantity.index) for name in names]
-    longest = max(len(factor) for factor in factors)
-    for name, factor in zip(names, factors, strict=True):
-        if len(factor) not in (1, longest):
-            raise SourceError(
-                file.path,
-                f"`{name}` has {len(factor)} samples, but other factors of `{where}` have {longest}",
-            )
-    return np.asarray(np.prod(np.broadcast_arrays(*factors), axis=0) * (units[unit] * quantity.scale))
 
 
 def _poses(path: Path, stream: Stream) -> Poses:

@@ -77,11 +77,19 @@ class Take:
         Streams with increasing times of one clock.
     remarks : list of str
         Remarks on omitted samples.
+    name : str, optional
+        Name of the episode, if the whole take is one; by default `episode_00`, `episode_01`, …
     """
 
     source: Path
     streams: list[Stream]
     remarks: list[str]
+    name: str | None = None
+
+    @property
+    def label(self) -> str:
+        """Name of the take in maps and messages."""
+        return self.name or self.source.name
 
 
 def to_recording_frames(
@@ -155,7 +163,11 @@ def clean_stream(stream: Stream, label: str, keep_repeats: bool) -> tuple[Stream
 
 
 def assemble(
-    takes: Sequence[Take], episodes: Sequence[EpisodeMap], recording: Mapping[str, Any], name: str
+    takes: Sequence[Take],
+    episodes: Sequence[EpisodeMap],
+    recording: Mapping[str, Any],
+    name: str,
+    form: str = "trundle-recording/1",
 ) -> Imported:
     """Cut takes into episodes.
 
@@ -169,6 +181,8 @@ def assemble(
         Tables of the map that are copied to `recording.toml`.
     name : str
         Name of the recording, if the map has none.
+    form : str
+        Format of the recording.
 
     Returns
     -------
@@ -176,26 +190,24 @@ def assemble(
         Times start at zero in each episode.
     """
     wanted = episodes or [
-        EpisodeMap(f"episode_{index:02d}", take.source.name) for index, take in enumerate(takes)
+        EpisodeMap(take.name or f"episode_{index:02d}", take.label) for index, take in enumerate(takes)
     ]
     tables: dict[str, Columns] = {}
     for episode in wanted:
         if episode.name in tables:
             raise MapError(f"two episodes are named {episode.name!r}; names must be unique")
         tables[episode.name] = _cut_episode(_find_take(takes, episode), episode)
-    metadata = {"format": "trundle-recording/1", "name": name, **recording}
+    metadata = {"format": form, "name": name, **recording}
     prefix = len(takes) > 1
-    remarks = [
-        f"{take.source.name}: {remark}" if prefix else remark for take in takes for remark in take.remarks
-    ]
+    remarks = [f"{take.label}: {remark}" if prefix else remark for take in takes for remark in take.remarks]
     return Imported(metadata, tables, remarks)
 
 
 def _find_take(takes: Sequence[Take], episode: EpisodeMap) -> Take:
-    fitting = [take for take in takes if episode.source in (None, take.source.name)]
+    fitting = [take for take in takes if episode.source in (None, take.label)]
     if len(fitting) == 1:
         return fitting[0]
-    listing = ", ".join(take.source.name for take in takes)
+    listing = ", ".join(take.label for take in takes)
     raise MapError(f"episode {episode.name!r}: `source` = {episode.source!r}; it must be one of {listing}")
 
 
@@ -207,14 +219,13 @@ def _cut_episode(take: Take, episode: EpisodeMap) -> Columns:
     first = min(_first_time(stream.t) for stream in take.streams)
     pieces = []
     for stream in take.streams:
-        moved = Stream(stream.names, stream.t - first - episode.start, stream.values)
-        piece = interval(moved, 0.0, episode.end - episode.start)
+        piece = interval(stream.later(-first - episode.start), 0.0, episode.end - episode.start)
         if not len(piece.t):
             last = max(float(each.t[-1]) for each in take.streams if len(each.t)) - first
             raise SourceError(
                 take.source,
                 f"episode {episode.name!r} ({episode.start} to {min(episode.end, last):.3f} s) contains no "
-                f"sample of {stream.names[0].split('_')[0]}; the take lasts {last:.3f} s",
+                f"sample of {', '.join(stream.names)}; the take lasts {last:.3f} s",
             )
         pieces.append(piece)
     return join(pieces)

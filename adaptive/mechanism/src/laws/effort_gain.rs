@@ -1,6 +1,6 @@
 //! Wrong gain of the effort: reading = gain · truth.
 
-use super::{ParamSpec, Applies, JointLaw, JointScales, Scale, Spec, positive, take};
+use super::{Applies, JointLaw, JointScales, ParamSpec, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

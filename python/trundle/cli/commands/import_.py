@@ -13,9 +13,10 @@ from trundle.cli.settings_pairs import add_set
 from trundle.importers import IMPORTERS
 from trundle.progress import Progress
 
-HELP = "Convert a ROS 2 bag, CSV or MATLAB files, or a published data set to a recording."
+HELP = "Convert a ROS 2 bag, CSV, MATLAB or LeRobot files, or a published data set to a recording."
 EXAMPLE = """trundle import log.csv --guess --out recordings/run_3
-  trundle import run_3.mcap --from mcap --map bag.toml --out recordings/run_3"""
+  trundle import run_3.mcap --from mcap --map bag.toml --out recordings/run_3
+  trundle import so101/ --from so101 --set joint=Pitch --out recordings/pitch"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     maps.add_argument(
         "--init", metavar="MAP", type=Path, help="for CSV: write the proposed map, with comments, and stop"
     )
-    add_set(parser, "with --guess or --init: a key of the map, such as recording.wrench.sign=on_object")
+    add_set(parser, "without --map: a key of the map, such as recording.wrench.sign=on_object or format=2")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder of the new recording")
     declare(parser, "map", Input("--map", "file", "a map file (docs/import.md)"))
     declare(parser, "init", Output("--init", "file", content="a map"))
@@ -62,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         return write_init(args)
     if args.out is None:
         raise ValueError(f"{args.source}: --out DIR is missing: the folder of the new recording")
-    write_recording(args, layout, guessed_map(args) if args.guess else args.map)
+    write_recording(args, layout, guessed_map(args) if args.guess else args.map or given_map(args))
     return 0
 
 
@@ -79,8 +80,8 @@ def select_layout(args: argparse.Namespace) -> str:
         )
     if guesses and layout != "csv":
         raise SourceError(args.source, f"--guess and --init read CSV files, not {layout}; give --map")
-    if args.set and not guesses:
-        raise ValueError("--set: applies only to --guess and --init; write the keys into the map")
+    if args.set and args.map is not None:
+        raise ValueError("--set: applies only without --map; write the keys into the map")
     return layout
 
 
@@ -97,6 +98,13 @@ def write_init(args: argparse.Namespace) -> int:
         f"complete the file, then run `trundle import {args.source} --from csv --map {args.init} --out DIR`"
     )
     return 0
+
+
+def given_map(args: argparse.Namespace) -> Mapping[str, Any] | None:
+    """Return the map that --set gives, if any."""
+    from trundle.cli.guessing import nested
+
+    return nested(args.set) or None
 
 
 def guessed_map(args: argparse.Namespace) -> Mapping[str, Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from trundle.importers.csv_dialect import Dialect, detect
-from trundle.importers.csv_map import CsvFile
+from trundle.importers.csv_file import CsvFile
 from trundle.importers.guess.names import ColumnName, parse_name
 from trundle.importers.layout import Floats, SourceError
 
