@@ -60,6 +60,7 @@ def test_a_sufficient_model_starts_no_diagnosis() -> None:
     assert not any(update.named for update in belief.updates)
 
 
+@pytest.mark.slow
 def test_an_unnamed_effect_is_used_if_it_predicts_better(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

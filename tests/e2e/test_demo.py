@@ -107,6 +107,7 @@ def test_the_recording_is_sound(demo: Demo, verb: str) -> None:
         assert len(found["episodes"]) == 8
 
 
+@pytest.mark.slow
 def test_progress_never_decreases(demo: Demo) -> None:
     reports: list[tuple[str, float]] = []
     package.diagnose(demo.recording, progress=lambda stage, share: reports.append((stage, share)))
@@ -120,6 +121,7 @@ def test_progress_never_decreases(demo: Demo) -> None:
     assert [stage for stage, _ in groupby(stages)] == [stages[k] for k in began], "a stage came back"
 
 
+@pytest.mark.slow
 def test_two_processes_give_the_same_diagnoses_and_errors(demo: Demo, tmp_path: Path) -> None:
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "recording.toml").write_text('format = "trundle-recording/9"\n')

@@ -99,9 +99,16 @@ def test_the_slope_is_named(in_si: dict[str, object]) -> None:
     assert list(in_si["missing"]) == ["floor_slope"]  # type: ignore[call-overload]
 
 
+SINGLE_UNITS = [(10, 0, 0), (-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0, 10), (0, 0, -10)]
+
+
 @pytest.mark.parametrize(
     ("length", "force", "time"),
-    [(10, 0, 0), (-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0, 10), (0, 0, -10), (10, -10, 10)],
+    [
+        *(pytest.param(*powers, marks=pytest.mark.slow) for powers in SINGLE_UNITS),
+        (10, -10, 10),
+        (-10, 10, -10),
+    ],
 )
 def test_verdict_names_and_probabilities_do_not_depend_on_units(
     recording: trundle.Recording, in_si: dict[str, object], length: int, force: int, time: int

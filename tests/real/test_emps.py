@@ -11,6 +11,8 @@ import pytest
 import trundle
 from examples.real_recordings import MODELS, missing_force, ripple, spectrum
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def fits(axis: trundle.Recording) -> dict[str, Mapping[str, Any]]:

@@ -89,6 +89,7 @@ def test_drawn_sealed_diagnosed_and_continued(
     assert command(tmp_path, "--redraw") == 2
 
 
+@pytest.mark.slow
 def test_another_machine_continues_the_shares_of_a_range(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -69,6 +69,7 @@ def test_a_run_prints_saves_and_shows(
     assert recording.episodes["episode_00"]["t"][-1] == pytest.approx(0.4 + 0.7, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_random_object_can_be_run(tmp_path: Path) -> None:
     config = written(tmp_path, episodes=2)
     text = config.read_text(encoding="utf-8").replace("[agent]", 'object = "household"\n[agent]')
@@ -92,6 +93,7 @@ def test_an_episode_depends_on_its_seed_only(tmp_path: Path) -> None:
     assert second == alone
 
 
+@pytest.mark.slow
 def test_an_interrupted_episode_is_repeated(config: Path, tmp_path: Path) -> None:
     whole, torn = tmp_path / "whole", tmp_path / "torn"
     assert run(config, whole, "--quiet") == 0
