@@ -23,6 +23,9 @@ import sys, time
 from trundle.cli.exits import run_guarded
 from trundle.experiments.backends import backend
 
+TESTED = [pytest.param(name, marks=[pytest.mark.slow] * (name == "ray")) for name in BACKENDS]
+
+
 def work() -> int:
     for number, _ in backend(sys.argv[1], 2).map(time.sleep, [(0.0,), (60.0,), (60.0,), (60.0,)]):
         print(number, flush=True)
@@ -33,7 +36,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("name", BACKENDS)
+@pytest.mark.parametrize("name", TESTED)
 def test_results_have_the_index_of_their_call(name: str) -> None:
     pytest.importorskip(name) if name != "local" else None
     assert sorted(backend(name, 2).map(abs, [(-3,), (4,), (-5,)])) == [(0, 3), (1, 4), (2, 5)]
@@ -71,7 +74,7 @@ def test_ctrl_c_does_not_reach_worker_processes() -> None:
     assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before
 
 
-@pytest.mark.parametrize("name", BACKENDS)
+@pytest.mark.parametrize("name", TESTED)
 def test_ctrl_c_does_not_wait_for_running_calls(name: str, tmp_path: Path) -> None:
     pytest.importorskip(name) if name != "local" else None
     script = tmp_path / "long.py"
