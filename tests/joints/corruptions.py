@@ -15,7 +15,7 @@ __all__ = ["CORRUPTIONS", "Corruption"]
 
 @dataclass(frozen=True)
 class Corruption:
-    """A mistake, the kind of its finding, words of the sentence, and further metadata."""
+    """A mistake, the kind of its finding, a pattern in its sentence, and further metadata."""
 
     change: Callable[[Columns], Columns | None]
     kind: str
@@ -105,7 +105,7 @@ def one_way(table: Columns) -> None:
 
 def one_speed(table: Columns) -> None:
     t = table["t"]
-    table["q_elbow"] = abs((t + 0.5) % 4.0 - 2.0)
+    table["q_elbow"] = abs((t + 0.5) % 4.0 - 2.0) + 1e-4 * np.random.default_rng(0).standard_normal(len(t))
     for name in ("v_elbow", "target_elbow", "effort_elbow"):
         del table[name]
 
@@ -133,19 +133,19 @@ CORRUPTIONS = {
     "reversed effort of one axis": Corruption(
         scaled("effort_shoulder", by=-1.0), "sign", "opposes its motion", joints=1
     ),
-    "late effort": Corruption(delayed("effort_shoulder", 0.03), "clocks", "is recorded 30."),
-    "early effort": Corruption(delayed("effort_elbow", -0.04), "clocks", "follows its effort by 40."),
+    "late effort": Corruption(delayed("effort_shoulder", 0.05), "clocks", r"is recorded (49|50)\.\d"),
+    "early effort": Corruption(delayed("effort_elbow", -0.04), "clocks", r"its effort by (39|40|41)\.\d"),
     "early target": Corruption(target_only, "clocks", "follows its target by"),
-    "late velocity": Corruption(delayed("v_elbow", 0.02), "velocity", "lags its positions by 20.0 ms"),
+    "late velocity": Corruption(delayed("v_elbow", 0.02), "velocity", r"lags its positions by 20\.\d ms"),
     "late velocity, wrongly stated": Corruption(
         delayed("v_elbow", 0.02),
         "velocity",
-        "leads its positions by 20.0 ms",
+        r"leads its positions by 19\.\d ms",
         {"delay": {"v": {"elbow": 0.04}}},
     ),
     "velocity in degrees": Corruption(scaled("v_elbow", by=DEGREES), "units", "as degrees per second"),
     "velocity in rpm": Corruption(scaled("v_elbow", by=30.0 / np.pi), "units", "revolutions per minute"),
-    "reversed velocity": Corruption(scaled("v_elbow", by=-1.0), "units", "-1.0"),
+    "reversed velocity": Corruption(scaled("v_elbow", by=-1.0), "units", r"is -(1\.0|0\.9)"),
     "positions in degrees": Corruption(
         scaled("q_elbow", by=DEGREES), "units", "the positions look like degrees"
     ),
@@ -158,7 +158,7 @@ CORRUPTIONS = {
         "looks like degrees",
     ),
     "wrapped angle": Corruption(wrapped, "angles", "is wrapped"),
-    "quantised positions": Corruption(quantised, "noise", "multiples of 1.5000e-3, which is not stated"),
+    "quantised positions": Corruption(quantised, "noise", r"multiples of 1\.5000e-3, which is not stated"),
     "wrong step": Corruption(
         quantised, "noise", "not of the stated step 3.0000e-3", {"noise": {"position_step": {"elbow": 3e-3}}}
     ),

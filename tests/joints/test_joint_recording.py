@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,12 @@ import trundle
 from tests.command import trundle as command
 from tests.joints.simulated import Columns, recording
 from trundle import viewing
+from trundle.export.mcap import write_mcap
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 MODEL = '<mujoco><include file="arm.xml"/></mujoco>'
 
@@ -105,7 +113,7 @@ REFUSING: dict[str, Callable[[Any], object]] = {
     "profile": lambda recording: trundle.profile(recording, "body.mass"),
     "view": lambda recording: viewing.view(recording, "out.rrd"),
     "plots": lambda recording: trundle.plots.recording(recording),
-    "mcap": lambda recording: trundle.export.mcap(recording, "out.mcap"),
+    "mcap": lambda recording: write_mcap(recording, Path("out.mcap")),
     "diagnose": trundle.diagnose,
 }
 
@@ -141,3 +149,21 @@ def test_a_pushed_object_is_refused_as_joints() -> None:
 def test_files_must_be_text_or_bytes(columns: Columns) -> None:
     with pytest.raises(trundle.TrundleError, match="content of the document as str or bytes"):
         trundle.JointRecording(recording([columns]).metadata, {"a": columns}, {"arm.xml": 1})  # type: ignore[dict-item]
+
+
+def test_the_example_of_the_page_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "joint-recordings.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (document,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(compile(code, "joint-recordings.md", "exec"), names)
+    assert len(names["times"]) == len(names["positions"]) == 1200
+    assert capsys.readouterr().out == "", "the recording of the example has no findings"
+    # The document of the page is valid, with the episodes that it names.
+    columns = {"t": [0.0, 0.1], "q_shoulder": [0.0, 0.1], "q_elbow": [0.0, 0.1]}
+    episodes = dict.fromkeys(("heavy_01", "episode_06"), columns)
+    made = trundle.JointRecording(tomllib.loads(document), episodes, {"robot.xml": "<mujoco/>"})
+    assert made.metadata["episode"]["heavy_01"]["payload"]["mass"] == 0.5

@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use sample::{JOINTS_CSV, JOINTS_TOML, joint_folder, joint_metadata, joint_recording};
 use trundle_record::{
     AnyRecording, Axis, EffortSource, EncoderSide, Episode, FreeOr, JointMetadata, JointRecording, PerJoint,
-    Recording, Table,
+    Recording, Table, check_joints, inspect_joints,
 };
 
 /// Any finite number, or an empty cell.
@@ -113,6 +113,9 @@ proptest! {
         }
         let table = recording.metadata.to_table().unwrap();
         prop_assert_eq!(&JointMetadata::from_table(table).unwrap(), &recording.metadata);
+        // Values of any size do not break the checks.
+        prop_assert!(check_joints(&recording).iter().all(|finding| !finding.remedy.is_empty()));
+        prop_assert_eq!(inspect_joints(&recording).episodes.len(), 2);
     }
 }
 
@@ -146,6 +149,7 @@ proptest! {
         fs::write(home.path().join("arm.xml"), patched("<mujocoinclude></mujocoinclude>", &model)).unwrap();
         if let Ok(recording) = JointRecording::read(home.path()) {
             prop_assert!(recording.validate().is_ok());
+            prop_assert!(check_joints(&recording).iter().all(|finding| !finding.sentence.is_empty()));
         }
     }
 }

@@ -69,7 +69,7 @@ fn clock_jump(episode: &Episode, gap: &Gap) -> bool {
         let usual = changes.iter().enumerate().filter(|(k, _)| *k != NEIGHBOURS - 1).map(|(_, c)| *c);
         let usual = usual.fold(0.0, f64::max);
         // A cell without a sample gives NaN, which continues nothing.
-        if !(across <= MAX_CHANGE_RATIO * usual) {
+        if across.is_nan() || across > MAX_CHANGE_RATIO * usual {
             return false;
         }
         // The mean speed averages the noise.

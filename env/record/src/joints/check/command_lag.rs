@@ -1,6 +1,6 @@
 //! Check of the delay between the command of a drive (effort or target) and the motion.
 
-use super::dynamics::Rows;
+use super::dynamics::{Rows, Terms};
 use super::input::Input;
 use super::merge::{Found, merged};
 use super::shifts::{self, Shift};
@@ -12,9 +12,9 @@ const MAX_DELAY_S: f64 = 0.25;
 const MAX_UNEXPLAINED: f64 = 0.3;
 /// Smallest factor by which the delay reduces the misfit. Friction and play, which the regression describes coarsely,
 /// mimic delays that reduce it by less.
-const MIN_GAIN: f64 = 1.5;
-/// Smallest delay in its standard deviations.
-const MIN_SD: f64 = 7.0;
+const MIN_GAIN: f64 = 1.3;
+/// Smallest delay in its standard deviations. In simulated clean recordings noise and friction mimic up to 14.
+const MIN_SD: f64 = 15.0;
 /// Smallest delay in steps of the positions: a sample-and-hold shifts it by half a step.
 const MIN_STEPS: f64 = 1.0;
 
@@ -53,9 +53,9 @@ fn best_shift(input: &Input, index: usize, prefix: &str) -> Option<Shift> {
         .collect();
     let step = input.step();
     let points = (MAX_DELAY_S / step).ceil() as usize;
+    let terms = if prefix == "target" { Terms::AllAndPosition } else { Terms::All };
     let uses = |episode: usize| streams[episode].is_some();
-    let rows =
-        Rows::new(input, index, &uses, points, prefix == "target").filter(|_| v_rms > 5.0 * v_noise)?;
+    let rows = Rows::new(input, index, &uses, points, terms).filter(|_| v_rms > 5.0 * v_noise)?;
     let independent = rows.regressors.fit(&rows.pick(&streams, 0)).independent_rows;
     let stride = (points / 50).max(1) as isize;
     let unexplained = |shift: isize| rows.regressors.unexplained(&rows.pick(&streams, shift));

@@ -1,5 +1,7 @@
 //! Regression of the effort of one joint by the motion of all: inverse dynamics of an unknown mechanism.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::input::{EpisodeTracks, Input};
 use super::regression::Regressors;
 use crate::joints::gaussian::smooth;
@@ -20,6 +22,17 @@ const MAX_ROWS: usize = 20_000;
 /// Largest number of joints whose motion is part of the regression; more would need more data than an episode has.
 const MAX_COUPLED_JOINTS: usize = 8;
 
+/// Which terms a regression has.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Terms {
+    /// Constant inertia, friction, and functions of the angles. Few, so that signs that are wrong stay visible.
+    Constant,
+    /// Also inertia that depends on the angles, and its velocity terms.
+    All,
+    /// All, and the position, for a drive that follows a target.
+    AllAndPosition,
+}
+
 /// Rows of the regression of one joint: points of the grids at which the motion is known and the drive is on.
 pub(super) struct Rows {
     /// Episode and point of each row.
@@ -30,14 +43,13 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// The rows of joint `index`. Points within `margin` of the ends of the episodes and of gaps are left out. With `position` the position is a
-    /// regressor, as for a drive that follows a target.
+    /// The rows of joint `index`. Points within `margin` of the ends of the episodes and of gaps are left out.
     pub fn new(
         input: &Input,
         index: usize,
         uses: &dyn Fn(usize) -> bool,
         margin: usize,
-        position: bool,
+        terms: Terms,
     ) -> Option<Self> {
         let joint = &input.joints[index];
         let mut points = Vec::new();
@@ -49,7 +61,7 @@ impl Rows {
         }
         let stride = points.len().div_ceil(MAX_ROWS).max(1);
         let points: Vec<(usize, usize)> = points.into_iter().step_by(stride).collect();
-        let columns = columns(input, index, &points, position);
+        let columns = columns(input, index, &points, terms);
         Some(Self { regressors: Regressors::new(&columns)?, points, columns })
     }
 
@@ -78,7 +90,7 @@ fn eroded(valid: &[bool], margin: usize) -> Vec<bool> {
 type Feature<'a> = Box<dyn Fn(&[Track], usize) -> f64 + 'a>;
 
 /// The columns at `points`. Functions that are not linear are filtered like the effort, which contains them.
-fn columns(input: &Input, index: usize, points: &[(usize, usize)], position: bool) -> Vec<Vec<f64>> {
+fn columns(input: &Input, index: usize, points: &[(usize, usize)], terms: Terms) -> Vec<Vec<f64>> {
     let (v_noise, v_rms) = input.speeds(index);
     let slow = (3.0 * v_noise).max(0.02 * v_rms).max(f64::MIN_POSITIVE);
     let mut linear: Vec<(usize, Feature)> = vec![
@@ -98,6 +110,14 @@ fn columns(input: &Input, index: usize, points: &[(usize, usize)], position: boo
         filtered.push((place(), Box::new(move |tracks, k| tracks[index].q[k].sin())));
         filtered.push((place(), Box::new(move |tracks, k| tracks[index].q[k].cos())));
         for other in others.clone() {
+            // Inertia depends on the angle between the links, and its changes give velocity terms.
+            for phase in [0.0, FRAC_PI_2].into_iter().filter(|_| terms != Terms::Constant) {
+                let turned = move |tracks: &[Track], k: usize| (tracks[other].q[k] + phase).sin();
+                filtered.push((place(), Box::new(move |t, k| turned(t, k) * t[index].a[k])));
+                filtered.push((place(), Box::new(move |t, k| turned(t, k) * t[other].a[k])));
+                filtered.push((place(), Box::new(move |t, k| turned(t, k) * t[other].v[k] * t[other].v[k])));
+                filtered.push((place(), Box::new(move |t, k| turned(t, k) * t[other].v[k] * t[index].v[k])));
+            }
             // Gravity acts with sums of the angles of a chain, and forces with their differences.
             for sign in [0.0, 1.0, -1.0] {
                 let angle = move |tracks: &[Track], k: usize| tracks[other].q[k] + sign * tracks[index].q[k];
@@ -106,7 +126,7 @@ fn columns(input: &Input, index: usize, points: &[(usize, usize)], position: boo
             }
         }
     }
-    if position {
+    if terms == Terms::AllAndPosition {
         linear.push((place(), Box::new(move |tracks, k| tracks[index].q[k])));
     }
     for other in others {

@@ -1,6 +1,6 @@
 //! Checks of the sign of efforts: magnitudes that are declared signed, and reversed signs.
 
-use super::dynamics::{DRY, GRAVITY_SIN, OWN_INERTIA, Rows, VISCOUS};
+use super::dynamics::{DRY, GRAVITY_SIN, OWN_INERTIA, Rows, Terms, VISCOUS};
 use super::input::Input;
 use super::merge::{Found, merged};
 use crate::check::{Finding, Severity};
@@ -144,7 +144,7 @@ pub(super) fn rows(input: &Input, index: usize) -> Option<(Rows, Vec<f64>)> {
     if v_rms <= 5.0 * v_noise {
         return None;
     }
-    let rows = Rows::new(input, index, &|episode| efforts[episode].is_some(), 0, false)?;
+    let rows = Rows::new(input, index, &|episode| efforts[episode].is_some(), 0, Terms::Constant)?;
     let effort = rows.pick(&efforts, 0);
     Some((rows, effort))
 }

@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn common_step_of_quantised_and_continuous_values() {
         let smooth: Vec<f64> = (0..4000).map(|k| (0.003 * f64::from(k)).sin()).collect();
-        assert_eq!(common_step(&[smooth.clone()]), None);
+        assert_eq!(common_step(std::slice::from_ref(&smooth)), None);
         let quantised: Vec<f64> = smooth.iter().map(|q| (q / 0.0123).round() * 0.0123).collect();
         let step = common_step(&[quantised]).unwrap_or(0.0);
         assert!((step / 0.0123 - 1.0).abs() < 1e-6, "{step}");

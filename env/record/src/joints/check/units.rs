@@ -96,7 +96,7 @@ fn target_scale(input: &Input, index: usize) -> Option<Found> {
     } else {
         return None;
     };
-    if !(correlation.abs() > MIN_CORRELATION) {
+    if correlation.is_nan() || correlation.abs() < MIN_CORRELATION {
         return None;
     }
     let sentence = format!("the target of {joint} is {scale:.4} times its position: {words}");

@@ -1,6 +1,6 @@
 //! Check of measured velocities against the derivative of the positions.
 
-use super::dynamics::Rows;
+use super::dynamics::{Rows, Terms};
 use super::input::Input;
 use super::merge::{Found, merged};
 use super::regression::Regressors;
@@ -63,7 +63,7 @@ fn compared(input: &Input, index: usize) -> Option<(shifts::Shift, f64)> {
         .collect();
     let step = input.step();
     let points = (MAX_DELAY_S / step).ceil() as usize;
-    let rows = Rows::new(input, index, &|episode| streams[episode].is_some(), points, false)?;
+    let rows = Rows::new(input, index, &|episode| streams[episode].is_some(), points, Terms::Constant)?;
     let motion: Vec<f64> = rows.points.iter().map(|&(e, k)| input.episodes[e].tracks[index].v[k]).collect();
     let regressors = Regressors::new(&[motion, vec![1.0; rows.points.len()]])?;
     let independent = regressors.fit(&rows.pick(&streams, 0)).independent_rows;
