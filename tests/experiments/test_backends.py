@@ -36,6 +36,9 @@ if __name__ == "__main__":
 """
 
 
+TESTED = [pytest.param(name, marks=[pytest.mark.slow] * (name == "ray")) for name in BACKENDS]
+
+
 @pytest.mark.parametrize("name", TESTED)
 def test_results_have_the_index_of_their_call(name: str) -> None:
     pytest.importorskip(name) if name != "local" else None

@@ -120,6 +120,6 @@ mod tests {
             let (t, q) = samples(sd);
             cutoff(&[Positions { t: &t, q: &q }], sd, 0.005)
         };
-        assert!(of(1e-5) > 1.5 * of(1e-3), "{} {}", of(1e-5), of(1e-3));
+        assert!(of(1e-5) > 1.2 * of(3e-2), "{} {}", of(1e-5), of(3e-2));
     }
 }

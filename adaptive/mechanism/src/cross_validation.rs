@@ -31,10 +31,11 @@ pub(crate) fn folds(problem: &Problem) -> usize {
 /// Residuals of every fold under the model fitted without it.
 pub(crate) fn left_out(problem: &Problem, fit: &Fit) -> LeftOut {
     let rows = evaluate(problem, &fit.effects, &fit.slots, &fit.values, Scope::Training, true);
-    let mut residuals = vec![vec![vec![]; folds(problem)]; problem.joints.len()];
-    for fold in 0..folds(problem) {
-        let step = step_without(&rows, fit, fold);
-        for own in &rows {
+    let steps: Vec<Option<DVector<f64>>> =
+        (0..folds(problem)).map(|fold| step_without(&rows, fit, fold)).collect();
+    let mut residuals = vec![vec![vec![]; steps.len()]; problem.joints.len()];
+    for own in &rows {
+        for (fold, step) in steps.iter().enumerate() {
             let change = step.as_ref().map(|step| {
                 let local = DVector::from_iterator(own.columns.len(), own.columns.iter().map(|k| step[*k]));
                 &own.jacobian * local

@@ -40,9 +40,9 @@ pub(crate) fn are_defined(problem: &Problem, fit: &Fit, time: &[f64]) -> bool {
     let spread = intervals(problem, fit, time);
     let is_strength = |effect: usize, param: usize| {
         let spec = fit.effects[effect].kind.params()[param];
-        !spec.is_choice
-            && !matches!(spec.unit, Unit::Position | Unit::Velocity | Unit::Length)
-            && !(spec.unit == Unit::Angle && fit.effects[effect].kind.joint().is_some())
+        let is_phase = spec.unit == Unit::Angle && fit.effects[effect].kind.joint().is_some();
+        let is_place = matches!(spec.unit, Unit::Position | Unit::Velocity | Unit::Length);
+        !(spec.is_choice || is_place || is_phase)
     };
     (0..fit.effects.len()).all(|k| {
         let offset =

@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn gaps_are_found() {
-        let found = in_gap(&[0.0, 0.1, 0.6, 0.7, 1.0], &GRID, 0.3);
+        let found = in_gap(&[0.0, 0.1, 0.6, 0.7, 1.0], &GRID, 0.4);
         assert!(!found[5] && found[30] && !found[65] && !found[99]);
     }
 }

@@ -276,8 +276,7 @@ impl Searcher<'_> {
         effects.remove(index);
         let mut kinds: Vec<Kind> = effects.iter().map(|e| e.kind).collect();
         kinds.sort();
-        let has_same_shape =
-            |t: &&Tried| t.kinds() == kinds && t.fit.slots.len() + 1 <= model.fit.slots.len();
+        let has_same_shape = |t: &&Tried| t.kinds() == kinds && t.fit.slots.len() < model.fit.slots.len();
         if let Some(known) = tried.iter().find(has_same_shape) {
             return known.clone();
         }
