@@ -8,6 +8,8 @@ use trundle_model::Real;
 
 /// Transmitted effort, as a share of its rms, below which drive and joint lose contact within a play.
 const CONTACT_SHARE: f64 = 0.05;
+/// Least response of the equation to the recorded effort.
+const MIN_RESPONSE: f64 = 0.05;
 
 /// Parameters of one joint's equation, and its laws.
 #[derive(Clone, Debug)]
@@ -159,7 +161,11 @@ impl<T: Real> JointModel<T> {
                 rest += compliant[k];
             }
             let mut level = T::lift(loss);
+            let mut response = self.gain.map_or_else(|| T::lift(1.0), |gain| gain / setup.reference_gain);
             for law in &self.laws {
+                if let Some(factor) = law.response(&at, setup.largest_command) {
+                    response = response * factor;
+                }
                 rest += law.effort(&at);
                 level += law.dry_friction(&at);
             }
@@ -168,12 +174,10 @@ impl<T: Real> JointModel<T> {
                 held[k] = true;
                 return T::zero();
             }
-            if direction > 0.0 { rest - level } else { rest + level }
+            let error = if direction > 0.0 { rest - level } else { rest + level };
+            if response.re() > MIN_RESPONSE { error / response } else { error / MIN_RESPONSE }
         };
-        let mut residual: Vec<T> = (0..series.q.len()).map(one).collect();
-        for gain in self.laws.iter().filter_map(Law::reading_gain) {
-            residual.iter_mut().for_each(|value| *value = *value * gain);
-        }
+        let residual = (0..series.q.len()).map(one).collect();
         (residual, held)
     }
 
@@ -233,9 +237,9 @@ impl JointModel<f64> {
         let [laws, dry, damping, inertia] = self.terms(at, on);
         let inertia = (self.inertia + inertia).max(f64::MIN_POSITIVE);
         let force = at.drive.unwrap_or(0.0) + known + self.gravity_at(at.q) + laws;
-        let free = (at.v + dt * force / inertia) / (1.0 + dt * damping / inertia);
-        let stopping = dt * dry / inertia;
-        let v = if free.abs() <= stopping { 0.0 } else { free - stopping.copysign(free) };
+        let (free, stopping) = (at.v + dt * force / inertia, dt * dry / inertia);
+        let sliding = (free - stopping.copysign(free)) / (1.0 + dt * damping / inertia);
+        let v = if free.abs() <= stopping { 0.0 } else { sliding };
         [at.q + dt * v, v]
     }
 }

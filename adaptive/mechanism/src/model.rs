@@ -333,7 +333,7 @@ fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
     match joint.drive {
         Drive::Effort(source) => {
             if has_free_gain && !fixes_scale {
-                let start = scales.effort / joint.largest_command;
+                let start = joint.reference_gain;
                 add("gain", Unit::One, Nominal::Gain, start, f64::NEG_INFINITY, start);
             }
             if source == EffortSource::Voltage && joint.switches_off {
@@ -342,7 +342,7 @@ fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
         }
         Drive::Target => {
             if has_free_gain && !fixes_scale {
-                let start = scales.effort / joint.largest_command;
+                let start = joint.reference_gain;
                 add("drive_stiffness", Unit::Stiffness, Nominal::Gain, start, 0.0, start);
             }
             // While the drive is on, its damping cannot be told from that of the joint.

@@ -48,6 +48,8 @@ pub struct JointSetup {
     pub scales: JointScales,
     /// Largest command of the training episodes.
     pub largest_command: f64,
+    /// Gain of the drive at which errors of its recorded effort have the size of efforts, if the gain is free.
+    pub reference_gain: f64,
     /// Standard deviation of the stated noise of the effort after the filter; zero if it is not stated.
     pub noise: f64,
 }
@@ -251,7 +253,11 @@ impl Problem {
         let kernel = self.episodes.first().map(|e| e.kernel.noise()).unwrap_or_default();
         // Both stages together have √2 times the standard deviation of one.
         let noise = stated.unwrap_or(0.0) * gain.unwrap_or(1.0) * kernel[0] * 2f64.powf(-0.25);
+        let largest_command =
+            training.iter().map(|s| largest_command(s, drive)).fold(f64::MIN_POSITIVE, f64::max);
         JointSetup {
+            reference_gain: effort / largest_command,
+            largest_command,
             name: name.to_owned(),
             is_hinge,
             drive,
@@ -259,10 +265,6 @@ impl Problem {
             switches_off: training.iter().any(|s| s.on.contains(&0.0)),
             has_load: load > 0.0,
             rest_speed: (REST_NOISE_SDS * motion.velocity_noise[j]).max(MIN_SPEED_SHARE * velocity),
-            largest_command: training
-                .iter()
-                .map(|s| largest_command(s, drive))
-                .fold(f64::MIN_POSITIVE, f64::max),
             scales,
             noise,
         }

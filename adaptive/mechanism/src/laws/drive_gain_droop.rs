@@ -1,6 +1,6 @@
 //! Effort per unit of command that falls with the size of the command.
 
-use super::{Applies, JointLaw, JointScales, Scale, Spec, magnitude, signed, take};
+use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, magnitude, signed, take};
 use crate::units::Unit;
 use trundle_model::Real;
 
@@ -9,7 +9,7 @@ pub(super) const SPEC: Spec = Spec {
     summary: "effort per command that falls with its size",
     source: "magnetic saturation of motors; Krishnan, 2001",
     applies: Applies::CommandedEffort,
-    params: &[signed("droop", Unit::One, Scale::One)],
+    params: &[ParamSpec { bounds: [-1.0, 0.5], ..signed("droop", Unit::One, Scale::One) }],
     sentence: "The effort of joint {joint} per unit of command falls by {droop} at the largest command",
     experiment: "command the drive with small and large efforts under known loads",
     starts,
@@ -34,5 +34,11 @@ impl<T: Real> JointLaw<T> for Law<T> {
 
     fn drive(&self, command: T, largest: f64) -> T {
         command * (-(self.droop * magnitude(command) / largest) + 1.0)
+    }
+
+    fn response(&self, at: &JointSample<T>, largest: f64) -> Option<T> {
+        // The effort after the droop is close to the command: droops are small.
+        let command = at.drive.map_or_else(T::zero, magnitude);
+        Some(-(self.droop * command * 2.0 / largest) + 1.0)
     }
 }

@@ -12,7 +12,11 @@ pub(super) const SPEC: Spec = Spec {
     params: &[
         positive("effort", Unit::Effort, Scale::Effort),
         ParamSpec { refines: true, ..positive("static_effort", Unit::Effort, Scale::Effort) },
-        ParamSpec { refines: true, ..positive("velocity", Unit::Velocity, Scale::Velocity) },
+        ParamSpec {
+            refines: true,
+            bounds: [0.0, 0.3],
+            ..positive("velocity", Unit::Velocity, Scale::Velocity)
+        },
     ],
     sentence: "Dry friction of {effort} acts in joint {joint}",
     experiment: "move the joint slowly in both directions, with constant speeds and reversals",

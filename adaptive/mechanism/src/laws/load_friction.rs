@@ -1,6 +1,6 @@
 //! Dry friction that grows with the effort that the gear transmits, or with a recorded covariate.
 
-use super::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, magnitude, positive, take};
+use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, magnitude, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 
@@ -9,7 +9,7 @@ pub(super) const SPEC: Spec = Spec {
     summary: "dry friction that grows with the transmitted effort",
     source: "Duclusaud et al., BAM, arXiv 2410.08650",
     applies: Applies::Loaded,
-    params: &[positive("coefficient", Unit::One, Scale::PerLoad)],
+    params: &[ParamSpec { bounds: [0.0, 0.9], ..positive("coefficient", Unit::One, Scale::PerLoad) }],
     sentence: "Dry friction in joint {joint} grows with the load: {coefficient} per unit",
     experiment: "repeat the motion with another load on the joint",
     starts,
@@ -37,5 +37,15 @@ impl<T: Real> JointLaw<T> for Law<T> {
             (None, Some(drive)) => self.coefficient * magnitude(drive - at.external),
             (None, None) => T::zero(),
         }
+    }
+
+    fn response(&self, at: &JointSample<T>, _largest: f64) -> Option<T> {
+        if at.load.is_some() {
+            return None;
+        }
+        at.drive.map(|drive| {
+            let side = (drive.re() - at.external).signum() * at.v.signum();
+            -(self.coefficient * side) + 1.0
+        })
     }
 }

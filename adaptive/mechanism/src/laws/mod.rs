@@ -102,8 +102,9 @@ pub trait JointLaw<T: Real>: Sized {
         reading
     }
 
-    /// Gain of the reading, by which residuals are multiplied: they are errors of the reading.
-    fn reading_gain(&self) -> Option<T> {
+    /// Change of the equation by a change of the recorded effort, where it is not one. Residuals are divided by it: they
+    /// are errors of the reading. Otherwise a law could reduce all residuals by weakening the drive.
+    fn response(&self, _at: &JointSample<T>, _largest: f64) -> Option<T> {
         None
     }
 
@@ -280,8 +281,8 @@ macro_rules! catalogue {
             pub fn correct(&self, reading: T) -> T {
                 match self { $(Self::$kind(law) => law.correct(reading)),* }
             }
-            pub fn reading_gain(&self) -> Option<T> {
-                match self { $(Self::$kind(law) => law.reading_gain()),* }
+            pub fn response(&self, at: &JointSample<T>, largest: f64) -> Option<T> {
+                match self { $(Self::$kind(law) => law.response(at, largest)),* }
             }
             pub fn delay(&self) -> Option<T> {
                 match self { $(Self::$kind(law) => law.delay()),* }
@@ -351,7 +352,7 @@ mod tests {
         let others = [
             law.delay(),
             law.lag(),
-            law.reading_gain(),
+            law.response(&at, 4.0),
             compliance.map(|c| c.per_effort),
             compliance.map(|c| c.per_effort_rate),
             compliance.map(|c| c.gap),
