@@ -98,6 +98,18 @@ def environment(kind: type) -> Any:
     return lambda: gymnasium.make(f"trundle/{kind.__name__}-v0").unwrapped
 
 
+def joint_recording() -> trundle.JointRecording:
+    joints = [f"joint_{k}" + "x" * 60 for k in range(30)]
+    metadata: Any = {
+        "format": "trundle-recording/2",
+        "name": "arm",
+        "mechanism": {"model": "arm.xml", "joints": joints},
+    }
+    columns = {f"{prefix}_{joint}": [0.0, 0.1, 0.2] for prefix in ("q", "effort") for joint in joints}
+    episodes = {f"episode_{k:02}": {"t": [0.0, 0.1, 0.2], **columns} for k in range(30)}
+    return trundle.JointRecording(metadata, episodes, {"arm.xml": "<mujoco/>"})
+
+
 MAKE: dict[str, Callable[[], Any]] = {
     "AdaptiveAgent": agent,
     "Belief": lambda: agent().beliefs[0],
@@ -108,6 +120,9 @@ MAKE: dict[str, Callable[[], Any]] = {
     "Finding": lambda: trundle.Finding("sign", "error", "wrong " * 99, "turn it\nround " * 99, "episode_00"),
     "Findings": lambda: trundle.Findings([trundle.Finding("a", "note", "x" * 300, "y" * 300)] * 99),
     "Fit": fit,
+    "JointEpisode": lambda: joint_recording()["episode_00"],
+    "JointRecording": joint_recording,
+    "JointSummary": lambda: trundle.inspect(joint_recording()),
     "MapGuess": map_guess,
     "Model": lambda: model(""),
     "Online": online,

@@ -134,7 +134,7 @@ CORRUPTIONS = {
         scaled("effort_shoulder", by=-1.0), "sign", "opposes its motion", joints=1
     ),
     "late effort": Corruption(delayed("effort_shoulder", 0.05), "clocks", r"is recorded (49|50)\.\d"),
-    "early effort": Corruption(delayed("effort_elbow", -0.04), "clocks", r"its effort by (39|40|41)\.\d"),
+    "early effort": Corruption(delayed("effort_elbow", -0.04), "clocks", r"its effort by (3|4)\d\.\d"),
     "early target": Corruption(target_only, "clocks", "follows its target by"),
     "late velocity": Corruption(delayed("v_elbow", 0.02), "velocity", r"lags its positions by 20\.\d ms"),
     "late velocity, wrongly stated": Corruption(

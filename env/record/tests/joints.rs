@@ -140,7 +140,7 @@ fn patch() -> impl Strategy<Value = (usize, usize, String)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(ProptestConfig::with_cases(1000))]
 
     #[test]
     fn reading_never_panics(toml in patch(), csv in patch(), model in patch()) {

@@ -1,6 +1,6 @@
 //! Validation of `[mechanism]`.
 
-use super::refuse;
+use super::refuse::refuse;
 use crate::error::Error;
 use crate::joints::metadata::{Axis, MechanismMeta};
 use crate::validate::is_printable;

@@ -1,6 +1,6 @@
 //! Validation of the values in `[effort]`, `[target]`, `[encoder]`, `[noise]`, `[delay]` and `[episode.NAME]`.
 
-use super::refuse;
+use super::refuse::refuse;
 use crate::error::Error;
 use crate::joints::drive::{EffortMeta, Payload, TargetMeta};
 use crate::joints::metadata::JointMetadata;
