@@ -7,9 +7,9 @@ use crate::resample::{Grid, interpolated, median_interval};
 pub(crate) const SD_OF_ONE_HERTZ: f64 = 0.1325;
 /// Largest share of the accelerations' variance that may be noise.
 const MAX_NOISE_SHARE: f64 = 0.05;
-/// Share of the velocities' variance that the filter keeps of that at the highest useful cut-off frequency. A sine keeps it
-/// up to a quarter of the cut-off frequency.
-const MIN_SIGNAL_SHARE: f64 = 0.95;
+/// Shares of the variances of velocity and acceleration that the filter keeps, of those at the highest useful cut-off
+/// frequency. The first keeps the amplitude of a swing, the second the reversals of a motion at constant speeds.
+const MIN_SIGNAL_SHARES: [f64; 2] = [0.95, 0.7];
 /// Ratio of neighbouring cut-off frequencies.
 const STEP: f64 = 1.25;
 /// Most filtered samples of a joint. More only cost time: a friction law does not need them.
@@ -67,8 +67,11 @@ pub(crate) fn cutoff(episodes: &[Positions<'_>], noise: f64, slowest: f64) -> f6
     }
     // Frequencies beyond the motion only add noise.
     let signal = |power: [f64; 2]| (power[0] - power[1]).max(0.0);
-    let wanted = MIN_SIGNAL_SHARE * signal(powers(episodes, noise, frequency, 1));
-    while frequency > lowest * STEP && signal(powers(episodes, noise, frequency / STEP, 1)) >= wanted {
+    let kept = |frequency: f64, order: usize| signal(powers(episodes, noise, frequency, order));
+    let wanted = [1, 2].map(|order| MIN_SIGNAL_SHARES[order - 1] * kept(frequency, order));
+    let suffices =
+        |frequency: f64| [1, 2].into_iter().all(|order| kept(frequency, order) >= wanted[order - 1]);
+    while frequency > lowest * STEP && suffices(frequency / STEP) {
         frequency /= STEP;
     }
     frequency.max(lowest)

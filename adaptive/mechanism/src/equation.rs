@@ -175,7 +175,12 @@ impl<T: Real> JointModel<T> {
                 return T::zero();
             }
             let error = if direction > 0.0 { rest - level } else { rest + level };
-            if response.re() > MIN_RESPONSE { error / response } else { error / MIN_RESPONSE }
+            // A law that strengthens the drive must not reduce the errors of the motion either.
+            match response.re() {
+                large if large >= 1.0 => error,
+                small if small <= MIN_RESPONSE => error / MIN_RESPONSE,
+                _ => error / response,
+            }
         };
         let residual = (0..series.q.len()).map(one).collect();
         (residual, held)

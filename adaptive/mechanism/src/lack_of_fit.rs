@@ -92,13 +92,16 @@ fn input(problem: &Problem, joint: usize, episode: usize, k: usize) -> Vec<f64> 
         Drive::Target => series.command[k] - series.raw[k],
     };
     let size = setup.largest_command / 2.0;
-    vec![
+    let needed = problem.episodes[episode].dynamics.as_ref().map(|dynamics| dynamics.effort[joint][k]);
+    let mut found = vec![
         4.0 * (series.q[k] - middle) / scales.span(),
         series.v[k] / scales.velocity,
         (4.0 * series.v[k] / scales.velocity).tanh(),
         series.a[k] / scales.acceleration.max(f64::MIN_POSITIVE),
         drive / size.max(f64::MIN_POSITIVE),
-    ]
+    ];
+    found.extend(needed.map(|effort| effort / scales.effort));
+    found
 }
 
 fn features(inputs: &[Vec<f64>]) -> DMatrix<f64> {
