@@ -28,7 +28,7 @@ REWARD_THRESHOLDS = {
     "PushAround": -12.0,
     "PushDoor": -8.0,
 }
-"""Mean returns above which a task of version 1 counts as solved; `AdaptiveAgent` exceeds them on a locked wheel."""
+"""Mean returns above which a task of version 1 is solved; `AdaptiveAgent` exceeds them on a locked wheel."""
 
 
 def register_environments() -> None:
