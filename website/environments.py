@@ -37,8 +37,9 @@ PICTURE_ACTION = (0.7, 0.1, 0.05)
 
 
 def environment_ids() -> list[str]:
-    """Return the ids of the registered environments, in the order of registration."""
-    return [name for name, spec in gymnasium.registry.items() if spec.namespace == NAMESPACE]
+    """Return the ids of the newest version of each environment, in the order of registration."""
+    newest = {spec.name: name for name, spec in gymnasium.registry.items() if spec.namespace == NAMESPACE}
+    return list(newest.values())
 
 
 def environment_pages() -> Iterator[tuple[str, str]]:
@@ -68,8 +69,30 @@ def index_page(ids: list[str]) -> str:
         "`import trundle` registers these environments with Gymnasium. "
         "[Push in simulation](../environments.md) describes hidden effects, batches, snapshots and "
         "scenarios.\n\n"
-        f"{table(['id', 'task'], rows)}\n"
+        f"{table(['id', 'task'], rows)}\n\n"
+        "## Levels\n\n"
+        "Training and test sets of all levels share no family of outlines, mass range or wheel layout. "
+        "Masses are drawn log-uniformly. The office table, which is also the default of the adaptive agent, "
+        "is in no test set.\n\n"
+        f"{level_table()}\n"
     )
+
+
+def level_table() -> str:
+    """Return the table of training and test sets, which the native module defines."""
+    head = ["level", "`split`", "outlines", "mass, kg", "wheels", "friction of a locked wheel, N s/m"]
+    rows = [
+        [
+            level,
+            split,
+            ", ".join(outlines),
+            f"{low:g} to {high:g}",
+            ", ".join(wheels),
+            f"{soft:g} to {hard:g}",
+        ]
+        for level, split, outlines, (low, high), wheels, (soft, hard) in trundle.envs.Push.OBJECT_SETS
+    ]
+    return table(head, rows)
 
 
 def environment_page(name: str) -> str:
@@ -88,7 +111,7 @@ def environment_page(name: str) -> str:
     ]
     env.close()
     parts = [
-        f"# {one.__name__}",
+        f"# {name.removeprefix(NAMESPACE + '/').rpartition('-v')[0]}",
         summary(one),
         f'![{one.__name__} after a few steps]({slug(name)}.png){{ width="320" }}',
         table(["property", "value"], facts),

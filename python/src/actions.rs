@@ -7,8 +7,12 @@ use trundle_sim::task::constants::MAX_ACTION_WIDTH;
 
 use crate::error::refused;
 
-/// An action: the given number of entries in [-1, 1]. Unused entries are 0.
-pub(crate) fn numbers(action: &Bound<'_, PyAny>, width: usize) -> PyResult<[f64; MAX_ACTION_WIDTH]> {
+/// An action: the given number of entries, in [-1, 1] unless they are clipped later. Unused entries are 0.
+pub(crate) fn numbers(
+    action: &Bound<'_, PyAny>,
+    width: usize,
+    clips: bool,
+) -> PyResult<[f64; MAX_ACTION_WIDTH]> {
     let read = if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f32>>() {
         padded(width, array.as_array().iter().map(|v| f64::from(*v)))
     } else if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f64>>() {
@@ -20,7 +24,7 @@ pub(crate) fn numbers(action: &Bound<'_, PyAny>, width: usize) -> PyResult<[f64;
         let shape = action.py().import("numpy")?.getattr("shape")?.call1((action,))?;
         return Err(refused(format!("an action has shape ({width},), not {shape}: numbers in [-1, 1]")));
     };
-    check(numbers.get(..width).unwrap_or(&numbers))?;
+    check(numbers.get(..width).unwrap_or(&numbers), clips)?;
     Ok(numbers)
 }
 
@@ -36,7 +40,12 @@ fn float64<'py>(action: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f6
     Ok(array.extract().unwrap_or_else(|_| PyArray1::zeros(py, 0, false).readonly()))
 }
 
-pub(crate) fn many_numbers(actions: &Bound<'_, PyAny>, count: usize, width: usize) -> PyResult<Vec<f64>> {
+pub(crate) fn many_numbers(
+    actions: &Bound<'_, PyAny>,
+    count: usize,
+    width: usize,
+    clips: bool,
+) -> PyResult<Vec<f64>> {
     let py = actions.py();
     let array = py.import("numpy")?.getattr("ascontiguousarray")?.call1((actions, "float64"));
     let array = array.map_err(|e| refused(format!("actions are numbers in [-1, 1]: {e}")))?;
@@ -47,13 +56,13 @@ pub(crate) fn many_numbers(actions: &Bound<'_, PyAny>, count: usize, width: usiz
     };
     let numbers = rows.as_slice().map_err(refused)?.to_vec();
     for (index, row) in numbers.chunks(width).enumerate() {
-        check(row).map_err(|error| refused(format!("environment {index}: {}", error.value(py))))?;
+        check(row, clips).map_err(|error| refused(format!("environment {index}: {}", error.value(py))))?;
     }
     Ok(numbers)
 }
 
-fn check(numbers: &[f64]) -> PyResult<()> {
-    if numbers.iter().all(|v| v.abs() <= 1.0) {
+fn check(numbers: &[f64], clips: bool) -> PyResult<()> {
+    if numbers.iter().all(|v| v.abs() <= 1.0 || (clips && v.is_finite())) {
         return Ok(());
     }
     if !numbers.iter().all(|v| v.is_finite()) {

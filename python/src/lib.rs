@@ -7,6 +7,7 @@ mod baseline;
 mod black_box;
 mod columns;
 mod control;
+mod decision_time;
 mod design;
 mod diagnose;
 mod display;

@@ -5,10 +5,11 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use trundle_sim::task::{Autoreset, Rows, constants, household_names};
+use trundle_sim::task::{Autoreset, Costs, OBJECT_SETS, Rows, constants, household_names};
 use trundle_sim::{Batch, Options, Outcome, PushTask, ResetOptions, SimError, episode};
 
 use crate::actions::{many_numbers, numbers};
+use crate::decision_time::DecisionClock;
 use crate::error::{refused, run_here, simulated};
 use crate::view::{hidden_values, view};
 use crate::{columns, toml_dict};
@@ -51,8 +52,11 @@ impl PySnapshot {
 struct PyPushing {
     options: String,
     task: PushTask,
+    clock: DecisionClock,
 }
 
+/// Row of the table of object sets.
+type ObjectSetRow = (String, String, Vec<String>, (f64, f64), Vec<String>, (f64, f64));
 type Observation<'py> = Bound<'py, PyArray1<f64>>;
 type Stepped<'py> = (Observation<'py>, f64, bool, bool, Bound<'py, PyDict>);
 
@@ -77,10 +81,37 @@ impl PyPushing {
         household_names().collect()
     }
 
+    /// Sets of objects: level, split, outlines, mass range (kg), wheel layouts, friction range (N s/m).
+    #[classattr]
+    #[pyo3(name = "OBJECT_SETS")]
+    fn object_sets() -> Vec<ObjectSetRow> {
+        let names = |values: &[&dyn std::fmt::Debug]| {
+            values.iter().map(|v| format!("{v:?}").to_lowercase()).collect()
+        };
+        OBJECT_SETS
+            .iter()
+            .map(|set| {
+                let outlines: Vec<&dyn std::fmt::Debug> = set.outlines.iter().map(|one| one as _).collect();
+                let wheels: Vec<&dyn std::fmt::Debug> = set.wheels.iter().map(|one| one as _).collect();
+                let (level, split) = (format!("{:?}", set.level), format!("{:?}", set.split));
+                let (level, split) = (level.to_lowercase(), split.to_lowercase());
+                (level, split, names(&outlines), set.mass, names(&wheels), set.friction)
+            })
+            .collect()
+    }
+
+    /// Default costs per second of a version: time, effort, touch.
+    #[staticmethod]
+    fn default_costs(version: u32) -> (f64, f64, f64) {
+        let costs = Costs::of_version(version);
+        (costs.time, costs.effort, costs.touch)
+    }
+
     #[new]
     fn new(options: &str) -> PyResult<Self> {
         let parsed = Options::from_toml(options).map_err(refused)?;
-        Ok(Self { options: options.to_owned(), task: PushTask::new(parsed).map_err(refused)? })
+        let clock = DecisionClock::new(&parsed);
+        Ok(Self { options: options.to_owned(), task: PushTask::new(parsed).map_err(refused)?, clock })
     }
 
     /// Wrench or velocity of an action of one.
@@ -125,13 +156,19 @@ impl PyPushing {
     ) -> PyResult<Observation<'py>> {
         let options = ResetOptions { start, goal, grasp, same_object };
         run_here(py, || self.task.reset(seed, &options))?;
+        self.clock.start();
         Ok(self.observe(py))
     }
 
     /// The result of `gymnasium.Env.step`; None if no episode is running.
     fn step<'py>(&mut self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Option<Stepped<'py>>> {
-        let action = numbers(action, self.task.options().action.width())?;
-        let stepped = run_here(py, || Ok::<_, SimError>(self.task.step(&action)))?;
+        let thinking = self.clock.elapsed_s();
+        let options = self.task.options();
+        let (width, clips) = (options.action.width(), options.clips_actions());
+        let action = numbers(action, width, clips)?;
+        let action = &action[..width];
+        let stepped = run_here(py, || Ok::<_, SimError>(self.task.step_after(action, thinking)))?;
+        self.clock.start();
         let Some(outcome) = stepped.map_err(simulated)? else { return Ok(None) };
         let Outcome { reward, terminated, truncated, .. } = outcome;
         Ok(Some((self.observe(py), reward, terminated, truncated, info(py, &outcome)?)))
@@ -217,7 +254,7 @@ impl PyPushing {
 }
 
 /// Largest number of entries of an observation.
-const MAX_OBSERVATION_LEN: usize = 32;
+const MAX_OBSERVATION_LEN: usize = 64;
 
 /// Tasks with the same options.
 #[pyclass(name = "Batch", module = "trundle._native")]
@@ -226,10 +263,12 @@ struct PyBatch {
     autoreset: String,
     batch: Batch,
     outcomes: Vec<Outcome>,
+    clock: DecisionClock,
+    clips: bool,
 }
 
 /// Columns of the table that `Batch.step` fills.
-const COLUMNS: [&str; 9] = [
+const COLUMNS: [&str; 14] = [
     "reward",
     "terminated",
     "truncated",
@@ -239,12 +278,17 @@ const COLUMNS: [&str; 9] = [
     "distance",
     "heading_error",
     "progress",
+    "success_without_touching",
+    "contact_time",
+    "contact_impulse",
+    "action_clipped",
+    "duration",
 ];
 
 #[pymethods]
 impl PyBatch {
     #[classattr]
-    const COLUMNS: [&str; 9] = COLUMNS;
+    const COLUMNS: [&str; 14] = COLUMNS;
 
     #[new]
     fn new(py: Python<'_>, options: &str, count: usize, autoreset: &str) -> PyResult<Self> {
@@ -258,9 +302,11 @@ impl PyBatch {
                 )));
             }
         };
-        let batch = run_here(py, || Batch::new(Options::from_toml(options)?, count, mode))?;
+        let parsed = Options::from_toml(options).map_err(refused)?;
+        let (clock, clips) = (DecisionClock::new(&parsed), parsed.clips_actions());
+        let batch = run_here(py, || Batch::new(parsed, count, mode))?;
         let (options, autoreset) = (options.to_owned(), autoreset.to_owned());
-        Ok(Self { options, autoreset, batch, outcomes: vec![Outcome::default(); count] })
+        Ok(Self { options, autoreset, batch, outcomes: vec![Outcome::default(); count], clock, clips })
     }
 
     /// Start an episode for each entry of `seeds`: a seed, or None for the next seed of the sequence.
@@ -280,7 +326,9 @@ impl PyBatch {
         let options: Vec<_> =
             seeds.into_iter().map(|seed| seed.map(|(seed,)| (seed, options.clone()))).collect();
         let rows = slice(&mut observations)?;
-        run_here(py, || self.batch.reset(&options, rows))
+        run_here(py, || self.batch.reset(&options, rows))?;
+        self.clock.start();
+        Ok(())
     }
 
     #[getter]
@@ -297,14 +345,16 @@ impl PyBatch {
         mut finals: PyReadwriteArray2<'_, f64>,
         mut table: PyReadwriteArray2<'_, f64>,
     ) -> PyResult<()> {
-        let actions = many_numbers(actions, self.outcomes.len(), self.batch.width())?;
+        let thinking = self.clock.elapsed_s();
+        let actions = many_numbers(actions, self.outcomes.len(), self.batch.width(), self.clips)?;
         let (observations, finals) = (slice(&mut observations)?, slice(&mut finals)?);
         let (batch, outcomes) = (&mut self.batch, &mut self.outcomes);
         let rows = Rows { observations, finals, outcomes };
-        run_here(py, || Ok::<_, SimError>(batch.step(&actions, rows)))?.map_err(simulated)?;
+        run_here(py, || Ok::<_, SimError>(batch.step_after(&actions, thinking, rows)))?.map_err(simulated)?;
         for (row, outcome) in slice(&mut table)?.chunks_mut(COLUMNS.len()).zip(&self.outcomes) {
             row.copy_from_slice(&cells(outcome));
         }
+        self.clock.start();
         Ok(())
     }
 
@@ -377,10 +427,15 @@ fn info<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyDict>>
     dict.set_item(intern!(py, "lost"), outcome.lost)?;
     dict.set_item(intern!(py, "touched"), outcome.touched)?;
     dict.set_item(intern!(py, "progress"), outcome.progress)?;
+    dict.set_item(intern!(py, "success_without_touching"), outcome.success_without_touching)?;
+    dict.set_item(intern!(py, "contact_time"), outcome.contact_time)?;
+    dict.set_item(intern!(py, "contact_impulse"), outcome.contact_impulse)?;
+    dict.set_item(intern!(py, "action_clipped"), outcome.action_clipped)?;
+    dict.set_item(intern!(py, "duration"), outcome.duration)?;
     Ok(dict)
 }
 
-fn cells(outcome: &Outcome) -> [f64; 9] {
+fn cells(outcome: &Outcome) -> [f64; 14] {
     let truth = |value: bool| f64::from(u8::from(value));
     [
         outcome.reward,
@@ -392,5 +447,10 @@ fn cells(outcome: &Outcome) -> [f64; 9] {
         outcome.distance,
         outcome.heading_error,
         outcome.progress,
+        truth(outcome.success_without_touching),
+        outcome.contact_time,
+        outcome.contact_impulse,
+        truth(outcome.action_clipped),
+        outcome.duration,
     ]
 }

@@ -338,7 +338,10 @@ class Pushing:
     TOP_SPEED: float
     TOP_SPIN: float
     HOUSEHOLD: list[str]
+    OBJECT_SETS: list[tuple[str, str, list[str], tuple[float, float], list[str], tuple[float, float]]]
     def __new__(cls, options: str) -> Pushing: ...
+    @staticmethod
+    def default_costs(version: int) -> tuple[float, float, float]: ...
     @property
     def full(self) -> list[float]: ...
     @property

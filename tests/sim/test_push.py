@@ -22,7 +22,10 @@ LOCKED = "trundle/LockedWheel-v0"
 FLAT = ("PushPose", "PushPath", "PushAround", "PushDoor", "LockedWheel")
 GOALS = ("PushPoseGoal", "PushPathGoal", "PushAroundGoal", "PushDoorGoal")
 MODES = ("wrench", "velocity", "push", "regrasp")
-INFO = {"is_success", "lost", "touched", "distance", "heading_error", "progress"}
+INFO = {
+    *("is_success", "lost", "touched", "distance", "heading_error", "progress"),
+    *("success_without_touching", "contact_time", "contact_impulse", "action_clipped", "duration"),
+}
 Env = gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]
 
 

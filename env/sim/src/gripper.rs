@@ -73,18 +73,53 @@ pub struct Gripper {
     coupling: Coupling,
     /// Largest wrench of the arm, object axes. The arm stalls beyond it.
     max_wrench: Option<[f64; 3]>,
+    /// Mass in front of a soft wrist, which a commanded wrench accelerates. Without it the wrench acts on the object.
+    hand: Option<Hand>,
+}
+
+/// Mass in front of a soft wrist.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hand {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Moment of inertia, kg·m².
+    pub inertia: f64,
+    /// Velocity and spin, world axes.
+    pub twist: [f64; 3],
+}
+
+impl Hand {
+    /// Acceleration per unit of wrench.
+    fn mobility(&self) -> Vector3<f64> {
+        Vector3::new(self.mass.recip(), self.mass.recip(), self.inertia.recip())
+    }
 }
 
 impl Gripper {
     /// A gripper closed on an object at pose `object` (world), with pose `grasp` (object frame).
     pub fn new(grasp: [f64; 3], object: [f64; 3], drive: DriveMode, coupling: Coupling) -> Self {
-        Self { grasp, pose: compose(object, grasp), drive, coupling, max_wrench: None }
+        Self { grasp, pose: compose(object, grasp), drive, coupling, max_wrench: None, hand: None }
     }
 
     /// The same gripper on an arm that stalls at this coupling wrench, object axes about the grasp.
     #[must_use]
     pub fn with_max_wrench(self, max_wrench: [f64; 3]) -> Self {
         Self { max_wrench: Some(max_wrench), ..self }
+    }
+
+    /// The same gripper behind a soft wrist: the coupling is the wrist, and a commanded wrench acts on the hand.
+    #[must_use]
+    pub fn with_hand(self, hand: Hand) -> Self {
+        Self { hand: Some(hand), ..self }
+    }
+
+    /// Hold an object at another grasp, without stretch and at its velocity.
+    pub fn hold(&mut self, grasp: [f64; 3], state: &State<f64>) {
+        (self.grasp, self.pose) = (grasp, compose(state.pose, grasp));
+        let twist = to_world(self.grasp_velocity(state).into(), state.pose[2]);
+        if let Some(hand) = &mut self.hand {
+            hand.twist = twist;
+        }
     }
 
     /// Pose of the gripper and sensor frame in the world, with the object at `object`.
@@ -99,9 +134,14 @@ impl Gripper {
     /// origin.
     pub fn step(&mut self, command: [f64; 3], state: &State<f64>, rigid: &Rigid<f64>, dt: f64) -> [f64; 3] {
         match self.drive {
-            DriveMode::Force => transport(command, self.grasp),
+            DriveMode::Force => match self.hand {
+                Some(hand) => self.step_hand(hand, command, state, rigid, dt),
+                None => transport(command, self.grasp),
+            },
             _ => {
-                let mut wrench = self.coupling_wrench(command, state, rigid, dt);
+                let velocity = Vector3::from(to_body(command, state.pose[2]));
+                let mut wrench: [f64; 3] =
+                    self.coupling_wrench(velocity, self.mobility(rigid), state, dt).into();
                 for (pose, velocity) in self.pose.iter_mut().zip(command) {
                     *pose += velocity * dt;
                 }
@@ -114,28 +154,53 @@ impl Gripper {
         }
     }
 
-    /// Wrench of the coupling about the grasp point, object axes. Spring and damper are evaluated at the end of the step
-    /// (implicit, so that a stiff gripper on a light object is stable):
-    ///
-    /// ```text
-    /// (I + dt B W) F = K e + B ė,   B = C + dt K,   W = J M⁻¹ Jᵀ at the grasp
-    /// ```
-    fn coupling_wrench(
-        &self,
+    /// Advance the hand under a wrench in its axes. Returns the wrench on the object as [`Gripper::step`] does.
+    fn step_hand(
+        &mut self,
+        hand: Hand,
         command: [f64; 3],
         state: &State<f64>,
         rigid: &Rigid<f64>,
         dt: f64,
     ) -> [f64; 3] {
+        let (heading, mobility) = (state.pose[2], hand.mobility());
+        let pushed = Vector3::from(to_world(command, self.pose[2] - heading));
+        let free = Vector3::from(to_body(hand.twist, heading)) + mobility.component_mul(&pushed) * dt;
+        let both = self.mobility(rigid) + Matrix3::from_diagonal(&mobility);
+        let wrench = self.coupling_wrench(free, both, state, dt);
+        let twist = to_world((free - mobility.component_mul(&wrench) * dt).into(), heading);
+        self.hand = Some(Hand { twist, ..hand });
+        for (pose, velocity) in self.pose.iter_mut().zip(twist) {
+            *pose += velocity * dt;
+        }
+        transport(wrench.into(), [self.grasp[0], self.grasp[1], 0.0])
+    }
+
+    /// Wrench of the coupling about the grasp point, object axes, if the gripper has the velocity `velocity`, object axes.
+    /// Spring and damper are evaluated at the end of the step (implicit, so that a stiff gripper on a light object is
+    /// stable):
+    ///
+    /// ```text
+    /// (I + dt B W) F = K e + B ė,   B = C + dt K,   W = J M⁻¹ Jᵀ at the grasp
+    /// ```
+    ///
+    /// `mobility` is W, plus that of the hand if a wrench is commanded.
+    fn coupling_wrench(
+        &self,
+        velocity: Vector3<f64>,
+        mobility: Matrix3<f64>,
+        state: &State<f64>,
+        dt: f64,
+    ) -> Vector3<f64> {
         let c = &self.coupling;
         let stiffness = Vector3::new(c.stiffness, c.stiffness, c.twist_stiffness);
         let damping = Vector3::new(c.damping, c.damping, c.twist_damping) + stiffness * dt;
         let lag = self.stretch(state.pose);
-        let rate = Vector3::from(to_body(command, state.pose[2])) - self.grasp_velocity(state);
+        let rate = velocity - self.grasp_velocity(state);
         let force = stiffness.component_mul(&lag) + damping.component_mul(&rate);
-        let system = Matrix3::identity() + Matrix3::from_diagonal(&(damping * dt)) * self.mobility(rigid);
+        let system = Matrix3::identity() + Matrix3::from_diagonal(&(damping * dt)) * mobility;
         // The product of two positive semidefinite matrices has no negative eigenvalue, so the system is never singular.
-        system.lu().solve(&force).unwrap_or(force).into()
+        system.lu().solve(&force).unwrap_or(force)
     }
 
     /// Limit the distance from the grasp point to the spring deflection at `max_wrench`.

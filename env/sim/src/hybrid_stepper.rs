@@ -100,6 +100,15 @@ impl HybridStepper {
         self.engine_active && self.engine.as_ref().is_some_and(|world| world.is_touching())
     }
 
+    /// Impulse of obstacles on the object in the last engine step, N·s.
+    pub fn contact_impulse(&self) -> f64 {
+        if self.is_touching() {
+            self.engine.as_ref().map_or(0.0, |world| world.contact_impulse())
+        } else {
+            0.0
+        }
+    }
+
     /// Advance by `dt` seconds under `applied`, the mean wrench on the object over the step, object axes about the object
     /// origin `[N, N, N·m]`. The heading is not wrapped.
     ///

@@ -230,6 +230,13 @@ impl World {
         self.touching
     }
 
+    /// Impulse of obstacles on the object in the last step: the sum of all magnitudes, N·s.
+    pub fn contact_impulse(&self) -> f64 {
+        let pairs = self.engine.narrow_phase.contact_pairs();
+        let active = pairs.filter(|pair| pair.has_any_active_contact());
+        active.map(|pair| pair.total_impulse_magnitude()).sum()
+    }
+
     fn detect_contact(&self) -> bool {
         // Only the object moves, so every contact involves it.
         self.engine.narrow_phase.contact_pairs().any(|pair| pair.has_any_active_contact())

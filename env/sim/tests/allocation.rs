@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use allocation_counter::measure;
-use trundle_sim::task::{ActionMode, HiddenKind, TaskKind};
+use trundle_sim::task::{ActionMode, ArmOptions, HiddenKind, TaskKind, WristOptions};
 use trundle_sim::{Options, PushTask, ResetOptions};
 
 fn options(task: TaskKind, action: ActionMode) -> Options {
@@ -37,6 +37,28 @@ fn a_step_allocates_nothing() {
         for task in [TaskKind::Pose, TaskKind::Path] {
             assert_eq!(allocations(options(task, mode), &action, 50).0, 0, "{task:?} {mode:?}");
         }
+    }
+}
+
+#[test]
+fn a_step_with_a_real_arm_allocates_nothing() {
+    let arm = ArmOptions {
+        lag: 0.08,
+        rate: 5.0,
+        delay: 0.12,
+        saturation: 0.9,
+        noise: 0.05,
+        wrist: Some(WristOptions::default()),
+    };
+    for mode in [ActionMode::Wrench, ActionMode::Velocity, ActionMode::Regrasp] {
+        let real = Options {
+            version: 1,
+            arm: arm.clone(),
+            sensor_delay: 0.13,
+            decision_time: 0.06,
+            ..options(TaskKind::Pose, mode)
+        };
+        assert_eq!(allocations(real, &[0.02, 0.01, 0.0, 0.9, 0.9, 1.0], 50).0, 0, "{mode:?}");
     }
 }
 

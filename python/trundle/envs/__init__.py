@@ -11,6 +11,8 @@ id                              task
 ``trundle/LockedWheel-v0``      the paper's: a table, one wheel of which is locked, to a pose
 =============================== ====================================================================
 
+Each exists as ``-v1`` too, and the first four with a level, such as ``trundle/PushAroundHard-v1``.
+
 `gymnasium.make` makes one environment, `gymnasium.make_vec` a batch that is stepped on all cores.
 """
 

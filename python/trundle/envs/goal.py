@@ -42,9 +42,9 @@ class GoalSpace:
 
     def space(self, flat: gym.spaces.Box) -> gym.spaces.Dict:
         """Return the space of split observations."""
-        parts = self.split(np.asarray(flat.high, dtype=np.float64))
+        parts = self.split(np.asarray(flat.high))
         return gym.spaces.Dict(
-            {key: gym.spaces.Box(-high, high, dtype=np.float64) for key, high in parts.items()}
+            {key: gym.spaces.Box(-high, high, dtype=flat.dtype.type) for key, high in parts.items()}
         )
 
     def split(self, flat: Array) -> GoalObservation:
@@ -100,7 +100,9 @@ class PushGoal(Push):
     - `reward_type` ("sparse"): "sparse" or "dense"
 
     ## Version History
-    - v0: initial version
+    - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
+      actions are clipped; `max_episode_steps` and levels
+    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
 
     ## Example
     ```pycon

@@ -34,6 +34,8 @@ GRASP = slice(14, 16)
 COMMON_ENTRIES = 16
 """Number of entries that the observations of all tasks share."""
 HALF_SIZE = slice(16, 18)
+MIDDLE = slice(18, 20)
+OUTLINE = slice(20, 44)
 
 # The fields of a task are at the end: an observation of varied objects has two entries more before them.
 PATH_POINTS = slice(-4, None)
@@ -205,8 +207,21 @@ class Observation(Displayed):
 
     @property
     def half_size(self) -> Array:
-        """Half the object's length and width, m; shape (..., 2). Exists only if the object varies."""
+        """Half the object's length and width, m; shape (..., 2). In v0 only if the object varies."""
         return self.vector[..., HALF_SIZE]
+
+    @property
+    def middle(self) -> Array:
+        """Middle of the object's bounding box, object frame, m; shape (..., 2). Exists from v1 on."""
+        return self.vector[..., MIDDLE]
+
+    @property
+    def outline_radii(self) -> Array:
+        """Distances from `middle` to the outline every 15 degrees, m; shape (..., 24).
+
+        Exists from v1 on with ``outline=True``.
+        """
+        return self.vector[..., OUTLINE]
 
     @property
     def path_points(self) -> Array:

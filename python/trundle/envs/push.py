@@ -25,6 +25,8 @@ Names = str | PathLike[str] | Sequence[str | PathLike[str]]
 
 RESET_OPTIONS = ("start", "goal", "grasp", "same_object")
 RENDER_MODES = ("rgb_array", "human")
+DTYPES = ("float64", "float32")
+DEFAULT_OBJECT = "office_table"
 REACH, FACING = 0.05, 0.1
 """Default distance (m) and heading error (rad) within which a goal is reached."""
 
@@ -49,8 +51,9 @@ class Push(gym.Env[Array, Action]):
 
     ## Action Space
     `Box(-1, 1, (3,), float32)`, for "regrasp" `Box(-1, 1, (6,), float32)`. The argument `action` selects the
-    meaning of an action; `ACTION_SCALE` contains the values of a full action. An action outside the space
-    raises `InvalidAction`; the wrapper `gymnasium.wrappers.ClipAction` clips actions.
+    meaning of an action; `ACTION_SCALE` contains the values of a full action. Actions outside the space are
+    clipped, and `info["action_clipped"]` is then True. In v0 they raise `InvalidAction`; the wrapper
+    `gymnasium.wrappers.ClipAction` clips them.
 
     | `action`   | 0                         | 1                         | 2                      | lasts |
     |------------|---------------------------|---------------------------|------------------------|-------|
@@ -91,9 +94,15 @@ class Push(gym.Env[Array, Action]):
     | 13    | wrist sensor: torque about the gripper, tared           | 43    | N m   | 0.05 N m   |
     | 14-15 | position of gripper, grasp or contact, object frame     | 1.5   | m     | -          |
 
-    If `object` may be any of several, two more numbers follow: half the object's length and width (m). Then
-    the numbers of the task follow, all within 3 (m, or cosine and sine). Gripper axes are those of the
-    object; for a push, x is the direction in which the tip moves, and the reading is the mean over the push.
+    Then follow, in object axes and within 3 m: half the length and width of the bounding box, the x and y of
+    its middle, and with `outline=True` 24 distances from the middle to the outermost point of the object, at
+    angles of 0, 15, 30, ... degrees. In v0 only half the length and width follow, and only if `object` may be
+    any of several. The numbers of the task come last, all within 3 (m, or cosine and sine). Gripper axes are
+    those of the object; for a push, x is the direction in which the tip moves, and the reading is the mean
+    over the push.
+
+    All measurements are of the object and of the actual end effector, never of a command. Entries 14-15 are
+    the grasp on the object, and 11-13 the wrench that the object feels.
 
     ## Starting State
     Object, hidden effects, start, goal and obstacles are drawn from the seed. Options of `reset`:
@@ -110,9 +119,17 @@ class Push(gym.Env[Array, Action]):
     - Truncation: after `horizon` steps. The environment counts steps, so a snapshot includes the count.
 
     ## Information
-    After each step `info` holds `is_success`, `lost`, `touched` (an obstacle), `distance` (m),
-    `heading_error` (rad, in (-pi, pi]) and `progress` (share of a path), all of the true pose; it is empty
-    after a reset.
+    After each step `info` holds, of the true state; it is empty after a reset:
+
+    - `is_success`: the goal is reached
+    - `success_without_touching`: the goal is reached, and no obstacle was touched in the episode
+    - `touched`: an obstacle was touched in this step
+    - `contact_time` (s), `contact_impulse` (N s): contact with obstacles in the episode so far; the impulse
+      is the sum of magnitudes
+    - `distance` (m), `heading_error` (rad, in (-pi, pi]), `progress` (share of a path)
+    - `lost`: the object left the workspace or was too fast
+    - `action_clipped`: an entry of the action was outside [-1, 1]
+    - `duration` (s): longer than the control period if a decision takes longer
 
     ## Arguments
     - `action` ("wrench"): "wrench", "velocity", "push" or "regrasp"
@@ -125,14 +142,48 @@ class Push(gym.Env[Array, Action]):
         - "configuration": one of those in the object file, with its friction varied by 30 %
         - "catalogue": as "wheels", and any one effect of the catalogue
         - "none": no effect
+    - `level` (None): "easy", "medium" or "hard" draw objects from the sets of the level, not from `object`;
+      ids such as "trundle/PushAroundHard-v1" set it. `split` ("train"): "train" or "test"
+    - `mass` (None): range of the mass of `object="random"`, kg; (8, 60) by default
+    - `friction` (None): range of the friction of a locked wheel, N s/m; (60, 300), or that of the level
+    - `outline` (False): whether observations contain the outline
+    - `arm` (None): properties of the arm, a mapping with some of
+        - `lag` (0): time constant of a first-order lag, s, up to 2
+        - `rate` (inf): largest rate of change of the command, full actions per second
+        - `delay` (0): time until a command takes effect, s, up to 1
+        - `saturation` (1): largest command, as a fraction of a full action
+        - `noise` (0): standard deviation of the noise of each action, as a fraction of a full action
+        - `wrist` (None): a soft wrist, a mapping with some of `stiffness` (2000 N/m), `damping` (60 N s/m),
+          `twist_stiffness` (60 N m/rad), `twist_damping` (2 N m s/rad), `mass` (2 kg), `inertia` (0.02 kg m2)
+    - `sensor_delay` (0): delay of pose, velocity, wrench and grasp in observations, s, up to 1
+    - `realtime` (None): decision time, s, up to 1, during which the world goes on; or "measured"
+    - `time_cost`, `effort_cost`, `touch_cost` (None): costs per second; see the rewards
+    - `dtype` ("float64"): type of observations, or "float32"
     - `effects` (()): additional effects, as tables of `model.toml` with all values
     - `noise` (1.0): factor on all noise, 0 to 10
     - `drop_out` (0.0): probability that the tracker loses a pose and repeats the last one
     - `reach` (0.05), `facing` (0.1): distance (m) and heading error (rad) within which the goal is reached
-    - `horizon` (300, of pushes 30): steps after which an episode is truncated; 0: never
+    - `horizon` (0, of pushes 30; in v0 300 and 30): steps after which an episode is truncated; 0: never.
+      `gymnasium.make` sets `max_episode_steps=300` in v1; the smaller limit applies
     - `step` (0.002), `substeps` (25): simulation step (s), and number of steps per action; a push has 20
       times as many
     - `render_mode` (None): "rgb_array" or "human"
+
+    ## Timing of a Real Arm
+    Times are rounded to simulation steps. Let T be the time between two observations (50 ms, of a push 1 s).
+
+    - An action that follows the observation at time t takes effect at t + `realtime` + `arm["delay"]`. Until
+      then the previous command acts; before the first one, none. The new command then ramps as without delay.
+    - If `realtime` exceeds T, the step lasts the next multiple of T; `info["duration"]` and the reward
+      account for it, and `horizon` counts multiples of T. "measured" takes the wall time between the return
+      of `reset` or `step` and the next `step`, up to 10 s. Its episodes are not reproducible.
+    - A command passes noise, saturation, decision time and delay, rate limit, lag and wrist, in this order.
+      Noise is drawn once per action, from the seed.
+    - With a soft wrist, "wrench" and "regrasp" command the wrench on a hand of `mass` and `inertia`, which
+      holds the gripper through a spring and damper. "velocity" commands the velocity of the hand.
+      "push" has no wrist.
+    - An observation at time t shows the measurements of t - `sensor_delay`; before that, those at the start.
+      Goal, path and obstacles are not delayed, nor is the mean wrench of a push.
 
     The environment can be pickled and deep-copied at any time; a copy continues identically. A planner can
     branch with `env.unwrapped.restore(env.unwrapped.snapshot())`.
@@ -144,13 +195,15 @@ class Push(gym.Env[Array, Action]):
     >>> observation, info = env.reset(seed=0)
     >>> action = env.action_space.sample()
     >>> observation, reward, terminated, truncated, info = env.step(action)
-    >>> sorted(info)
-    ['distance', 'heading_error', 'is_success', 'lost', 'progress', 'touched']
+    >>> info["is_success"], info["contact_time"]
+    (False, 0.0)
 
     ```
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}  # noqa: RUF012 (as Env declares it)
+    OBJECT_SETS = Pushing.OBJECT_SETS
+    """Sets of the levels: level, split, outlines, mass range (kg), wheel layouts, friction range (N s/m)."""
     FIXED: ClassVar[dict[str, Any]] = {}
     """Options that are fixed in this task."""
 
@@ -158,7 +211,7 @@ class Push(gym.Env[Array, Action]):
         self,
         *,
         action: str = "wrench",
-        object: Names = "office_table",
+        object: Names | None = None,
         hidden: str | None = None,
         effects: Sequence[Mapping[str, Any]] = (),
         noise: float = 1.0,
@@ -169,10 +222,27 @@ class Push(gym.Env[Array, Action]):
         step: float = 0.002,
         substeps: int = 25,
         render_mode: str | None = None,
+        level: str | None = None,
+        split: str | None = None,
+        mass: Sequence[float] | None = None,
+        friction: Sequence[float] | None = None,
+        outline: bool = False,
+        arm: Mapping[str, Any] | None = None,
+        sensor_delay: float = 0.0,
+        realtime: float | str | None = None,
+        time_cost: float | None = None,
+        effort_cost: float | None = None,
+        touch_cost: float | None = None,
+        dtype: str = "float64",
+        version: int = 0,
     ) -> None:
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise TrundleError(f"render_mode = {render_mode!r}: choose 'rgb_array', 'human' or None")
+        if dtype not in DTYPES:
+            raise TrundleError(f"dtype = {dtype!r}: choose 'float64' or 'float32'")
         self.render_mode = render_mode
+        self.dtype: np.dtype[Any] = np.dtype(dtype)
+        """Type of observations."""
         self._options = options_toml(
             self.FIXED,
             action=action,
@@ -186,20 +256,30 @@ class Push(gym.Env[Array, Action]):
             horizon=horizon,
             step=step,
             substeps=substeps,
+            level=level,
+            split=split,
+            mass=mass,
+            friction=friction,
+            outline=outline,
+            arm=arm,
+            sensor_delay=sensor_delay,
+            realtime=realtime,
+            time_cost=time_cost,
+            effort_cost=effort_cost,
+            touch_cost=touch_cost,
+            version=version,
         )
         self._native = Pushing(self._options)
         self.mode = action
         """Meaning of an action."""
         self.varied = self._native.varied
         """Whether the object may be any of several; then observations contain its size."""
-        self.horizon = self._native.horizon
-        """Steps after which an episode is truncated; 0: never."""
         self.ACTION_SCALE = np.array(self._native.full)
         """Values of a full action."""
         self.metadata = {**self.metadata, "render_fps": max(1, round(1 / self._native.control))}
         self.action_space = gym.spaces.Box(-1.0, 1.0, self.ACTION_SCALE.shape, np.float32)
-        bounds = np.array(self._native.bounds)
-        self.observation_space = gym.spaces.Box(-bounds, bounds, dtype=np.float64)
+        bounds = np.array(self._native.bounds, dtype=self.dtype)
+        self.observation_space = gym.spaces.Box(-bounds, bounds, dtype=self.dtype.type)
         self.reveals = False
         """Whether pictures show the hidden wheels; `trundle.Oracle` sets it."""
         self._trail: list[tuple[float, float]] = []
@@ -216,7 +296,7 @@ class Push(gym.Env[Array, Action]):
         observation = self._native.reset(None if seed is None else seed % 2**64, **reset_options(given))
         self._trail.clear()
         self._draw()
-        return observation, {}
+        return observation.astype(self.dtype, copy=False), {}
 
     def step(self, action: Action) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Apply an action until the next one is due; see the class."""
@@ -230,6 +310,8 @@ class Push(gym.Env[Array, Action]):
             raise ResetNeeded("no running episode: call reset() before step(), and after an episode ends")
         if self.render_mode is not None:
             self._draw()
+        if self.dtype != np.float64:
+            return stepped[0].astype(self.dtype), *stepped[1:]
         return stepped
 
     def snapshot(self) -> Snapshot:
@@ -284,6 +366,12 @@ class Push(gym.Env[Array, Action]):
         return []
 
     @property
+    def horizon(self) -> int:
+        """Steps after which an episode is truncated; 0: never."""
+        limit = None if self.spec is None else self.spec.max_episode_steps
+        return min((steps for steps in (self._native.horizon, limit or 0) if steps > 0), default=0)
+
+    @property
     def control(self) -> float:
         """Time between two actions, s."""
         return self._native.control
@@ -330,15 +418,24 @@ def options_toml(
     fixed: Mapping[str, Any],
     *,
     action: str = "wrench",
-    object: Names = "office_table",
+    object: Names | None = None,
     effects: Sequence[Mapping[str, Any]] = (),
     horizon: int | None = None,
+    realtime: float | str | None = None,
+    arm: Mapping[str, Any] | None = None,
     **others: Any,
 ) -> str:
     """Return options as TOML for the native module, without those that are None; `fixed` takes precedence."""
     for key, value in fixed.items():
         if others.get(key, value) not in (None, value):
             raise TrundleError(f"{key} = {others[key]!r}: this task has {value!r}; choose another task")
+    if others.get("level") is not None and object is not None:
+        raise TrundleError(f"level = {others['level']!r}, object = {object!r}: give one of them")
+    if arm is not None and not isinstance(arm, Mapping):
+        raise TrundleError(f"arm = {arm!r}: give a mapping, such as {{'lag': 0.08}}")
+    if isinstance(realtime, str) and realtime != "measured":
+        raise TrundleError(f"realtime = {realtime!r}: give a decision time in s, 'measured' or None")
+    object = DEFAULT_OBJECT if object is None else object
     names = [object] if isinstance(object, (str, PathLike)) else object
     if not isinstance(names, Sequence) or not all(isinstance(name, (str, PathLike)) for name in names):
         raise TrundleError(f"object = {object!r}: give the name of an object or a sequence of names")
@@ -348,16 +445,26 @@ def options_toml(
         "action": action,
         "object": [fspath(name) for name in names],
         "effects": [dict(effect) for effect in effects],
-        "horizon": (30 if action == "push" else 300) if horizon is None else horizon,
+        "horizon": default_horizon(action, others.get("version", 0)) if horizon is None else horizon,
+        "arm": None if arm is None else {key: _plain(value) for key, value in arm.items()},
+        "decision_time": None if isinstance(realtime, str) else realtime,
+        "measures_decisions": isinstance(realtime, str),
         **others,
         **fixed,
     }
-    return tomli_w.dumps({key: _number(value) for key, value in options.items() if value is not None})
+    return tomli_w.dumps({key: _plain(value) for key, value in options.items() if value is not None})
 
 
-def _number(value: Any) -> Any:
-    """Convert a NumPy number to a Python number."""
-    return value.item() if isinstance(value, np.generic) else value
+def default_horizon(action: str, version: int) -> int:
+    """Return the steps after which an episode is truncated by default; 0: never."""
+    if action == "push":
+        return 30
+    return 300 if version == 0 else 0
+
+
+def _plain(value: Any) -> Any:
+    """Convert NumPy numbers and arrays, and tuples, to what TOML can hold."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
 
 
 def reset_options(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -20,11 +20,15 @@ class PushPose(Push):
     y, at any heading. The goal is a pose 0.4 to 1 m away, turned by up to 0.8 rad.
 
     ## Rewards
-    Each step: minus its duration times (distance to the goal in m + 0.3 x heading error in rad), so that a
-    return is minus the time integral of the error.
+    Each step: minus its duration times (distance to the goal in m + 0.3 x heading error in rad + 0.05 +
+    0.02 x effort), so that a return is minus the time integral of the cost. Effort is the mean of the squared
+    force / 100 N plus the squared torque / 40 N m at the grasp. `time_cost` and `effort_cost` change the two
+    weights, which are 0 in v0.
 
     ## Version History
-    - v0: initial version
+    - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
+      actions are clipped; `max_episode_steps` and levels
+    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
 
     ## Example
     ```pycon
@@ -50,7 +54,9 @@ class LockedWheel(PushPose):
     rear edge.
 
     ## Version History
-    - v0: initial version
+    - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
+      actions are clipped; `max_episode_steps` and levels
+    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
 
     ## Example
     ```pycon
@@ -75,15 +81,18 @@ class PushPath(Push):
     is the end of the path.
 
     ## Observation Space
-    The numbers of the task are two more points of the path, 0.6 and 0.9 m ahead (x, y; m): 20 numbers in all,
-    or 22.
+    The numbers of the task are two more points of the path, 0.6 and 0.9 m ahead (x, y; m): 24 numbers in all
+    (in v0 20, or 22 if the object varies).
 
     ## Rewards
     Each step: progress along the path (m), minus its duration times (distance from the path in m + 0.3 x
-    heading error in rad). `info["distance"]` is the distance from the path.
+    heading error in rad + 0.05 + 0.02 x effort); see `PushPose` for the effort.
+    `info["distance"]` is the distance from the path.
 
     ## Version History
-    - v0: initial version
+    - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
+      actions are clipped; `max_episode_steps` and levels
+    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
 
     ## Example
     ```pycon
@@ -107,14 +116,18 @@ class PushAround(Push):
 
     ## Observation Space
     The numbers of the task describe the box: its centre (x, y; m), cosine and sine of its heading, and half
-    its sides (m): 22 numbers in all, or 24.
+    its sides (m): 26 numbers in all (in v0 22, or 24 if the object varies).
 
     ## Rewards
-    Each step: minus its duration times (straight distance to the goal in m + 0.3 x heading error in rad + 1
-    if the object touched the box).
+    Each step: minus its duration times (straight distance to the goal in m + 0.3 x heading error in rad +
+    0.05 + 0.02 x effort), minus 10 per second of contact with the box; see `PushPose` for the effort.
+    `time_cost`, `effort_cost` and `touch_cost` change the weights. In v0 they are 0, 0 and 1,
+    and a step with any contact counts as contact during the whole step.
 
     ## Version History
-    - v0: initial version
+    - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
+      actions are clipped; `max_episode_steps` and levels
+    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
 
     ## Example
     ```pycon
@@ -146,14 +159,18 @@ class PushDoor(Push):
 
     ## Observation Space
     The numbers of the task describe the opening: its centre (x, y; m), cosine and sine of the direction
-    through it, and its width (m): 21 numbers in all, or 23.
+    through it, and its width (m): 25 numbers in all (in v0 21, or 23 if the object varies).
 
     ## Rewards
-    Each step: minus its duration times (straight distance to the goal in m + 0.3 x heading error in rad + 1
-    if the object touched the wall).
+    Each step: minus its duration times (straight distance to the goal in m + 0.3 x heading error in rad +
+    0.05 + 0.02 x effort), minus 10 per second of contact with the wall; see `PushPose` for the effort.
+    `time_cost`, `effort_cost` and `touch_cost` change the weights. In v0 they are 0, 0 and 1,
+    and a step with any contact counts as contact during the whole step.
 
     ## Version History
-    - v0: initial version
+    - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
+      actions are clipped; `max_episode_steps` and levels
+    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
 
     ## Example
     ```pycon

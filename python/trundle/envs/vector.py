@@ -15,7 +15,7 @@ from trundle._native import Batch, NotFiniteError, Snapshot, TrundleError
 from trundle.envs import goal, tasks
 from trundle.envs.goal import GoalSpace
 from trundle.envs.observation import Observation
-from trundle.envs.push import FACING, REACH, ActionError, Push, reset_options
+from trundle.envs.push import FACING, REACH, ActionError, Push, default_horizon, reset_options
 from trundle.envs.view import draw, require_episode
 
 __all__ = ["PushGoalVec", "PushVec"]
@@ -26,7 +26,7 @@ Flags = NDArray[np.bool_]
 COLUMNS: list[str] = Batch.COLUMNS
 MAX_NUM_ENVS = 2**62
 """Upper bound on `num_envs` for the native module; no memory suffices for so many."""
-BOOLEAN_INFOS = ("is_success", "lost", "touched")
+BOOLEAN_INFOS = ("is_success", "lost", "touched", "success_without_touching", "action_clipped")
 
 
 class PushVec(VectorEnv[Any, Any, Any]):
@@ -48,7 +48,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
     render_mode : {"rgb_array"}, optional
         With it, `render` returns a tuple of pictures.
     max_episode_steps : int, optional
-        Gymnasium's name for `horizon`.
+        Gymnasium's name for `horizon`; in version 1 the smaller of both applies.
     **options
         Options of the single environment.
 
@@ -80,9 +80,12 @@ class PushVec(VectorEnv[Any, Any, Any]):
         **options: Any,
     ) -> None:
         if max_episode_steps is not None:
-            if "horizon" in options:
+            own = options.get("horizon")
+            if own is not None and options.get("version", 0) == 0:
                 raise TrundleError("max_episode_steps and horizon are the same option; give one of them")
-            options["horizon"] = max_episode_steps
+            if own is None and options.get("action") == "push" and options.get("version", 0) > 0:
+                own = default_horizon("push", 1)
+            options["horizon"] = min(own, max_episode_steps) if own else max_episode_steps
         if num_envs < 1:
             raise TrundleError(f"num_envs = {num_envs}: at least one environment is needed")
         if render_mode not in (None, "rgb_array"):
@@ -98,6 +101,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
             "render_modes": ["rgb_array"],
             "autoreset_mode": self.autoreset_mode,
         }
+        self.dtype = single.dtype
         self.ACTION_SCALE = single.ACTION_SCALE
         self.single_action_space = single.action_space
         self.single_observation_space = single.observation_space
@@ -192,6 +196,8 @@ class PushVec(VectorEnv[Any, Any, Any]):
         return array
 
     def _observed(self, seen: Array) -> Any:
+        if self.dtype != np.float64:
+            return seen.astype(self.dtype)
         return seen.copy() if self._copy else seen
 
     def _ends(self, terminated: Flags, truncated: Flags) -> tuple[Flags, Flags]:
@@ -249,7 +255,7 @@ class PushGoalVec(PushVec):
         return self._goals.compute_reward(achieved_goal, desired_goal)
 
     def _observed(self, seen: Array) -> Any:
-        return self._goals.split(seen)
+        return self._goals.split(seen.astype(self.dtype, copy=False))
 
     def _ends(self, terminated: Flags, truncated: Flags) -> tuple[Flags, Flags]:
         return np.zeros_like(terminated), terminated | truncated

@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 use trundle_model::{Body, Rigid, State, transport};
 
+use super::action_mode::ActionMode;
+use super::arm::Actuator;
 use super::constants::*;
-use super::options::{ActionMode, Options};
+use super::options::Options;
 use super::task_objects::TaskObject;
 use crate::end_effector::EndEffector;
 use crate::gripper::{compose, relative};
@@ -16,12 +18,19 @@ use crate::{Coupling, DriveMode, Gripper};
 pub struct ActionModel {
     /// Pose of the gripper or fingertip in the object frame, m and rad.
     pub grasp: [f64; 3],
+    /// Whether the commands are wrenches.
+    commands_wrench: bool,
     /// Simulated end effector; `None` if the commands are wrenches on the object.
     end_effector: Option<EndEffector>,
-    /// Previous command. Wrenches are in object axes about the object origin.
+    /// Rate limit and lag of the arm, if it has any.
+    actuator: Option<Actuator>,
+    /// Start of the ramp to the current command. Wrenches on the object are in object axes about the object origin, or in
+    /// gripper axes if there is an actuator.
     from: [f64; 3],
     /// Current command, in the same axes.
     to: [f64; 3],
+    /// Simulation steps since the current command took effect.
+    elapsed: u32,
     /// Simulation steps of a regrasp; `None` if the action mode has no regrasps.
     regrasp_steps: Option<u32>,
     /// Current regrasp, until the first command after its end.
@@ -58,25 +67,47 @@ impl ActionModel {
     pub fn new(options: &Options, [x, y]: [f64; 2], object: [f64; 3]) -> Self {
         let grasp = [x, y, 0.0];
         let regrasp_steps = (options.action == ActionMode::Regrasp).then(|| options.regrasp_substeps());
+        let wrist = options.arm.wrist;
         let end_effector = match options.action {
-            ActionMode::Wrench | ActionMode::Regrasp => None,
+            ActionMode::Wrench | ActionMode::Regrasp => wrist.map(|wrist| {
+                let gripper = Gripper::new(grasp, object, DriveMode::Force, wrist.coupling());
+                EndEffector::Gripper(gripper.with_hand(wrist.hand()))
+            }),
             ActionMode::Velocity => {
-                let gripper = Gripper::new(grasp, object, DriveMode::Velocity, Coupling::default());
+                let coupling = wrist.map_or_else(Coupling::default, |wrist| wrist.coupling());
+                let gripper = Gripper::new(grasp, object, DriveMode::Velocity, coupling);
                 Some(EndEffector::Gripper(gripper.with_max_wrench(FULL_WRENCH)))
             }
             ActionMode::Push => Some(EndEffector::withdrawn(grasp, object)),
         };
-        Self { grasp, end_effector, from: [0.0; 3], to: [0.0; 3], regrasp_steps, regrasp: None }
+        Self {
+            grasp,
+            commands_wrench: matches!(options.action, ActionMode::Wrench | ActionMode::Regrasp),
+            end_effector,
+            actuator: Actuator::new(&options.arm, options.action),
+            from: [0.0; 3],
+            to: [0.0; 3],
+            elapsed: 0,
+            regrasp_steps,
+            regrasp: None,
+        }
     }
 
-    /// Set a new command, in the units of [`ActionMode::full_scale`]. Returns whether the velocity of the gripper is
-    /// discontinuous here, which must not count as an acceleration.
+    /// Time since the current command took effect, s.
+    pub fn elapsed(&self, dt: f64) -> f64 {
+        f64::from(self.elapsed) * dt
+    }
+
+    /// Set a new command, in the units of [`ActionMode::full_scale`], after `period` and steps of `dt`, s. Returns whether
+    /// the velocity of the gripper is discontinuous here, which must not count as an acceleration.
     pub fn set_command(
         &mut self,
         target: [f64; MAX_ACTION_WIDTH],
+        [period, dt]: [f64; 2],
         task_object: &TaskObject,
-        object: [f64; 3],
+        state: &State<f64>,
     ) -> bool {
+        let object = state.pose;
         let [along, across, regrasp_request] = [3, 4, 5].map(|k| target[k]);
         let arrived = self.regrasp.take_if(|regrasp| regrasp.has_ended()).is_some();
         let departs = self.regrasp_steps.filter(|_| regrasp_request > 0.0 && self.regrasp.is_none());
@@ -89,11 +120,17 @@ impl ActionModel {
                 steps,
             });
         }
-        (self.from, self.to) = (self.to, [0, 1, 2].map(|k| target[k]));
+        let elapsed = self.elapsed(dt);
+        let reached = if elapsed < self.rise(period) { self.command_at(elapsed, period) } else { self.to };
+        (self.from, self.to, self.elapsed) = (reached, [0, 1, 2].map(|k| target[k]), 0);
         if self.regrasp.is_some() {
             (self.from, self.to) = ([0.0; 3], [0.0; 3]);
-        } else if self.end_effector.is_none() {
+            self.actuator.iter_mut().for_each(Actuator::rest);
+        } else if self.end_effector.is_none() && self.actuator.is_none() {
             self.to = transport(self.to, self.grasp);
+        }
+        if let Some(EndEffector::Gripper(gripper)) = self.end_effector.as_mut().filter(|_| arrived) {
+            gripper.hold(self.grasp, state);
         }
         if let Some(EndEffector::PointContact { contact, heading }) = &mut self.end_effector {
             let [place, lean, _] = self.to;
@@ -108,47 +145,59 @@ impl ActionModel {
         arrived || departs.is_some()
     }
 
-    /// Advance by one step of `dt`, s, at time `t` of the `period` since the command. Returns the mean wrench on the object
-    /// over the step, object axes about the object origin.
+    /// Advance by one step of `dt`, s. Actions are `period` apart, s. Returns the mean wrench on the object over the step,
+    /// object axes about the object origin.
     pub fn step(
         &mut self,
-        [t, period, dt]: [f64; 3],
+        [period, dt]: [f64; 2],
         body: &Body,
         rigid: &Rigid<f64>,
         state: &State<f64>,
     ) -> [f64; 3] {
+        let t = self.elapsed(dt);
+        self.elapsed += 1;
         if let Some(regrasp) = &mut self.regrasp {
             [self.grasp[0], self.grasp[1]] = regrasp.advance();
             return [0.0; 3];
         }
         let mut command = self.command_at(t + dt / 2.0, period);
-        let Some(end_effector) = &mut self.end_effector else { return command };
-        if let EndEffector::PointContact { contact, heading } = end_effector {
+        if let Some(EndEffector::PointContact { contact, heading }) = &mut self.end_effector {
             contact.is_withdrawn = t >= PUSH_CONTACT_FRACTION * period;
             let speed = FULL_PUSH[2] + self.to[2];
             command = [speed * heading.cos(), speed * heading.sin(), 0.0];
         }
+        if let Some(actuator) = &mut self.actuator {
+            command = actuator.step(command, dt);
+            if self.end_effector.is_none() {
+                command = transport(command, self.grasp);
+            }
+        }
+        let Some(end_effector) = &mut self.end_effector else { return command };
         end_effector.step(command, FULL_WRENCH[0], body, rigid, state, dt)
     }
 
-    /// Wrench at a time since the command, object axes about the object origin. `None` if the wrench is not commanded
-    /// directly, or jumps because of a regrasp.
-    pub fn instant_wrench(&self, t: f64, period: f64) -> Option<[f64; 3]> {
-        (self.end_effector.is_none() && self.regrasp.is_none()).then(|| self.command_at(t, period))
+    /// Present wrench, object axes about the object origin. `None` if the wrench is not commanded directly, or jumps because
+    /// of a regrasp.
+    pub fn instant_wrench(&self, [period, dt]: [f64; 2]) -> Option<[f64; 3]> {
+        let is_direct = self.end_effector.is_none() && self.actuator.is_none() && self.regrasp.is_none();
+        is_direct.then(|| self.command_at(self.elapsed(dt), period))
     }
 
     /// Pose of the gripper in the world.
     pub fn pose(&self, object: [f64; 3]) -> [f64; 3] {
-        self.end_effector
-            .as_ref()
+        self.moving_end_effector()
             .map_or_else(|| compose(object, self.grasp), |end_effector| end_effector.pose(object))
     }
 
     /// Pose of the gripper in the object frame.
     pub fn frame(&self, object: [f64; 3]) -> [f64; 3] {
-        self.end_effector
-            .as_ref()
+        self.moving_end_effector()
             .map_or(self.grasp, |end_effector| relative(object, end_effector.pose(object)))
+    }
+
+    /// The end effector if it moves against the object. Behind a soft wrist, the gripper holds the object rigidly.
+    fn moving_end_effector(&self) -> Option<&EndEffector> {
+        self.end_effector.as_ref().filter(|_| !self.commands_wrench)
     }
 
     /// Whether the gripper holds the object. It does not during a regrasp or in the action mode `push`.
@@ -157,11 +206,15 @@ impl ActionModel {
             && self.regrasp.as_ref().is_none_or(RegraspMotion::has_ended)
     }
 
+    /// Time in which the command changes from one action to the next, s.
+    fn rise(&self, period: f64) -> f64 {
+        if self.commands_wrench { WRENCH_RISE_S.min(period) } else { period }
+    }
+
     /// Command at a time. A wrench ramps quickly and is then constant. A velocity ramps during the whole period, which limits
     /// the acceleration.
     fn command_at(&self, t: f64, period: f64) -> [f64; 3] {
-        let rise = if self.end_effector.is_none() { WRENCH_RISE_S.min(period) } else { period };
-        let share = (t / rise).min(1.0);
+        let share = (t / self.rise(period)).min(1.0);
         [0, 1, 2].map(|k| self.from[k] + share * (self.to[k] - self.from[k]))
     }
 }

@@ -130,11 +130,20 @@ impl Batch {
         self.envs.iter().all(|env| env.ready() || waits(env))
     }
 
-    /// Step all environments. `actions` has [`ActionMode::width`] numbers in [−1, 1] for each.
+    /// Step all environments. `actions` has [`ActionMode::width`] numbers for each, which are clipped to [−1, 1].
     ///
     /// # Errors
     /// If a motion is not finite or a new episode cannot start.
     pub fn step(&mut self, actions: &[f64], rows: Rows<'_>) -> Result<(), SimError> {
+        let thinking = self.envs.first().map_or(0.0, |env| env.options().decision_time);
+        self.step_after(actions, thinking, rows)
+    }
+
+    /// As [`Batch::step`], after a decision that took `thinking` s.
+    ///
+    /// # Errors
+    /// As [`Batch::step`].
+    pub fn step_after(&mut self, actions: &[f64], thinking: f64, rows: Rows<'_>) -> Result<(), SimError> {
         let Self { entries, width, autoreset, .. } = *self;
         let Rows { observations, finals, outcomes } = rows;
         let envs = &mut self.envs;
@@ -142,7 +151,7 @@ impl Batch {
             let rows = observations.chunks_mut(entries).zip(finals.chunks_mut(entries)).zip(outcomes);
             let all = envs.iter_mut().zip(actions.chunks(width)).zip(rows);
             return all.into_iter().try_for_each(|((env, action), ((row, last), outcome))| {
-                step_one(autoreset, env, action, row, last, outcome)
+                step_one(autoreset, env, (action, thinking), row, last, outcome)
             });
         }
         on_threads(|| {
@@ -156,7 +165,9 @@ impl Batch {
                 outcomes.par_iter_mut(),
             );
             all.into_par_iter().with_min_len(MIN_ENVS_PER_THREAD).try_for_each(
-                |(env, action, row, last, outcome)| step_one(autoreset, env, action, row, last, outcome),
+                |(env, action, row, last, outcome)| {
+                    step_one(autoreset, env, (action, thinking), row, last, outcome)
+                },
             )
         })?
     }
@@ -166,13 +177,13 @@ impl Batch {
 fn step_one(
     autoreset: Autoreset,
     env: &mut PushTask,
-    action: &[f64],
+    (action, thinking): (&[f64], f64),
     row: &mut [f64],
     last: &mut [f64],
     outcome: &mut Outcome,
 ) -> Result<(), SimError> {
     *outcome = Outcome::default();
-    match env.step(action)? {
+    match env.step_after(action, thinking)? {
         Some(result) => *outcome = result,
         None => env.reset(None, &ResetOptions::default())?,
     }

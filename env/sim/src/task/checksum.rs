@@ -3,7 +3,7 @@
 use crate::SimError;
 
 /// First bytes of a saved state.
-const MAGIC: [u8; 8] = *b"trundle\x02";
+const MAGIC: [u8; 8] = *b"trundle\x03";
 /// Length of the checksum after [`MAGIC`], bytes.
 const CHECKSUM_BYTES: usize = 8;
 /// Largest number of bits by which the first bytes may differ from [`MAGIC`] and still count as a damaged `MAGIC`. States
@@ -20,7 +20,7 @@ pub(super) fn append(state: &[u8]) -> Vec<u8> {
 /// # Errors
 /// If the state is damaged.
 pub(super) fn verify(sealed: &[u8]) -> Result<&[u8], SimError> {
-    let damaged = || SimError::State("it is damaged: take another snapshot".to_owned());
+    let damaged = || SimError::State("it is damaged or of another version: take another snapshot".to_owned());
     let (magic, rest) = sealed.split_first_chunk::<{ MAGIC.len() }>().ok_or_else(damaged)?;
     let flipped = (u64::from_le_bytes(*magic) ^ u64::from_le_bytes(MAGIC)).count_ones();
     if flipped > MAX_FLIPPED_BITS {

@@ -42,8 +42,8 @@ pub const MAX_SPIN_RAD_PER_S: f64 = 4.0;
 pub const MAX_GOAL_SPEED_M_PER_S: f64 = 0.1;
 /// Cost of a heading error, m/rad.
 pub const HEADING_COST_M_PER_RAD: f64 = 0.3;
-/// Cost of contact with an obstacle, m: added to the pose error while the contact lasts.
-pub const CONTACT_COST_M: f64 = 1.0;
+/// Default range of the friction of a locked wheel in both directions, N·s/m.
+pub const LOCKED_FRICTION_N_S_PER_M: (f64, f64) = (60.0, 300.0);
 /// Cost of leaving the workspace or exceeding a speed limit.
 pub const FAILURE_COST: f64 = 100.0;
 
@@ -54,6 +54,17 @@ pub const MAX_NOISE_SDS: f64 = 4.0;
 /// Largest value of the option `noise`.
 pub const MAX_NOISE_FACTOR: f64 = 10.0;
 
+/// Largest time constant of an arm's lag, s.
+pub const MAX_ARM_LAG_S: f64 = 2.0;
+/// Largest delay of arm or sensors, and largest stated decision time, s.
+pub const MAX_DELAY_S: f64 = 1.0;
+/// Largest measured decision time that the world waits for, s.
+pub const MAX_DECISION_S: f64 = 10.0;
+
+/// Number of entries of the bounding box in observations of version 1: half sides, middle.
+pub const BOUNDS_ENTRIES: usize = 4;
+/// Number of directions of an observed outline.
+pub const OUTLINE_ENTRIES: usize = 24;
 /// Number of entries common to all observations: pose as x, y, cos, sin; twist; goal as x, y, cos, sin; wrist wrench;
 /// grasp.
 pub const COMMON_ENTRIES: usize = 16;

@@ -1,18 +1,24 @@
 //! One episode of a task: dynamics, actions, observations and rewards.
 
+mod measurement;
 mod observation;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 use trundle_model::{Clock, Plant, Rigid, State, to_body};
 
+use super::action_mode::ActionMode;
 use super::action_model::ActionModel;
+use super::command_queue::CommandQueue;
 use super::constants::*;
 use super::hidden::HiddenEffects;
-use super::options::{ActionMode, Options, TaskKind};
+use super::measurement_delay::MeasurementDelay;
+use super::options::{Options, TaskKind};
 use super::outcome::Outcome;
 use super::scene_layout::{PATH_LOOKAHEAD_M, PathProgress, SceneLayout};
 use super::sensors::{add_noise, rng_stream, sensor, tracker};
@@ -26,6 +32,7 @@ use crate::{HybridStepper, Instruments, Sensor, SimError, Tracker};
 /// Streams of random numbers from an episode's seed. Stream 0 draws the object.
 const RECORDER_STREAM: u64 = 1;
 const OBSERVATION_STREAM: u64 = 2;
+const ARM_STREAM: u64 = 5;
 
 /// A running episode.
 #[derive(Clone)]
@@ -47,6 +54,10 @@ pub struct Episode {
 #[derive(Clone, Serialize, Deserialize)]
 struct EpisodeState {
     action_model: ActionModel,
+    /// Commands that have not taken effect yet.
+    commands: CommandQueue,
+    /// Measurements that have not been observed yet, if the sensors are delayed.
+    delayed: Option<MeasurementDelay>,
     tick: u32,
     steps: u32,
     /// Wrench at the wrist without noise, gripper axes.
@@ -58,6 +69,12 @@ struct EpisodeState {
     tracked: [f64; 3],
     ended: bool,
     noise: ChaCha8Rng,
+    /// Noise of the commands.
+    command_noise: ChaCha8Rng,
+    /// Time of contact with obstacles, s.
+    contact_time: f64,
+    /// Impulse of obstacles, N·s.
+    contact_impulse: f64,
     /// Mean wrench of the last step, object axes, for the recorder.
     last_wrench: [f64; 3],
     /// Velocity of the gripper in the last step, world axes, m/s.
@@ -107,6 +124,8 @@ impl Episode {
         let progress = (options.task == TaskKind::Path).then(|| PathProgress::new(layout.path.clone()));
         let state = EpisodeState {
             action_model: ActionModel::new(&options, grasp, layout.start),
+            commands: CommandQueue::with_capacity(queue_length(&options)),
+            delayed: MeasurementDelay::new(&options),
             tick: 0,
             steps: 0,
             wrist_wrench: [0.0; 3],
@@ -115,6 +134,9 @@ impl Episode {
             tracked: layout.start,
             ended: false,
             noise,
+            command_noise: rng_stream(seed, ARM_STREAM),
+            contact_time: 0.0,
+            contact_impulse: 0.0,
             last_wrench: [0.0; 3],
             gripper_velocity: [0.0; 2],
         };
@@ -133,6 +155,7 @@ impl Episode {
         episode.state.wrist_wrench =
             episode.wrist_reading([0.0; 3], &episode.poses(), [0.0; 2], episode.clock(0.0));
         episode.wait_for_contact();
+        episode.store_measurement();
         Ok(episode)
     }
 
@@ -193,61 +216,125 @@ impl Episode {
         [object, self.target(), self.state.action_model.pose(object), self.state.wrist_wrench]
     }
 
-    /// Apply an action until the next one is due.
+    /// Apply an action, decided after `thinking` s, until the next observation. The previous command acts meanwhile.
     ///
     /// # Errors
     /// As [`HybridStepper::step`].
-    pub fn step(&mut self, target: [f64; MAX_ACTION_WIDTH]) -> Result<Outcome, SimError> {
+    pub fn step(&mut self, target: [f64; MAX_ACTION_WIDTH], thinking: f64) -> Result<Outcome, SimError> {
         let (dt, ticks) = (self.options.step, self.options.substeps_per_action());
-        let period = f64::from(ticks) * dt;
-        let is_discontinuous =
-            self.state.action_model.set_command(target, &self.task_object, self.stepper.state().pose);
-        let holds = self.state.action_model.is_holding();
-        let (mut touched, mut sum, mut contact_ticks) = (false, [0.0; 3], 0u32);
-        for k in 0..ticks {
-            let (since_contact, t) = (f64::from(self.state.tick) * dt, f64::from(k) * dt);
-            let clock = self.clock(since_contact);
-            let rigid = self.stepper.rigid(clock);
-            let reads =
-                self.instrumented.is_some() || self.options.action == ActionMode::Push || k + 1 == ticks;
-            // Poses before the step, computed only if an instrument reads them.
-            let poses = (reads || self.recorder.is_some()).then(|| self.poses());
-            let wrench = self.state.action_model.step(
-                [t, period, dt],
-                &self.task_object.body,
-                &rigid,
-                self.stepper.state(),
-            );
-            let instant = self.state.action_model.instant_wrench(t, period);
-            self.stepper.step(wrench, clock, dt)?;
-            if let Some(poses) = poses {
-                let accel = self.gripper_acceleration(&poses, is_discontinuous && k == 0);
-                let recorded =
-                    instant.unwrap_or([0, 1, 2].map(|k| (self.state.last_wrench[k] + wrench[k]) / 2.0));
-                self.record(recorded, &poses, accel, clock);
-                self.state.wrist_wrench = self.wrist_reading(wrench, &poses, accel, clock);
+        let times = [f64::from(ticks) * dt, dt];
+        let thinking_ticks = self.options.steps_in(thinking.clamp(0.0, MAX_DECISION_S));
+        let periods = self.periods(thinking_ticks, ticks);
+        let target = self.disturbed(target);
+        let due = self.state.tick + thinking_ticks + self.options.steps_in(self.options.arm.delay);
+        self.state.commands.push(due, target);
+        let (mut sums, mut holds) = (StepSums::default(), false);
+        for k in 0..periods * ticks {
+            let is_discontinuous = self.receive_commands(times);
+            if k == 0 {
+                holds = self.state.action_model.is_holding();
             }
-            self.state.last_wrench = wrench;
-            touched |= self.stepper.is_touching();
-            self.state.tick += 1;
-            if t < PUSH_CONTACT_FRACTION * period {
-                contact_ticks += 1;
-                sum = [0, 1, 2].map(|k| sum[k] + self.state.wrist_wrench[k]);
-            }
+            let reads = self.instrumented.is_some()
+                || self.options.action == ActionMode::Push
+                || k + 1 == periods * ticks
+                || self.measures_after(self.state.tick + 1);
+            self.tick(times, reads, is_discontinuous, &mut sums)?;
         }
         match self.options.action {
             // After the ramp the wrench equals the command exactly.
-            ActionMode::Wrench | ActionMode::Regrasp if holds && self.instrumented.is_none() => {
+            ActionMode::Wrench | ActionMode::Regrasp
+                if holds
+                    && self.instrumented.is_none()
+                    && self.options.arm.is_ideal()
+                    && thinking_ticks == 0 =>
+            {
                 self.state.wrist_wrench = [0, 1, 2].map(|k| target[k]);
             }
             // After a push there is no contact, so the observation is the mean over the push.
-            ActionMode::Push => self.state.wrist_wrench = sum.map(|s| s / f64::from(contact_ticks.max(1))),
+            ActionMode::Push => {
+                self.state.wrist_wrench = sums.wrist.map(|s| s / f64::from(sums.pushing_ticks.max(1)));
+            }
             _ => {}
         }
-        self.state.steps += 1;
-        let outcome = self.outcome(touched);
+        self.state.steps += periods;
+        let outcome = self.outcome(&sums, periods);
         self.state.ended = outcome.terminated || outcome.truncated;
         Ok(outcome)
+    }
+
+    /// Whole periods until the observation after a decision that takes `thinking_ticks`.
+    fn periods(&self, thinking_ticks: u32, ticks: u32) -> u32 {
+        let needed = thinking_ticks.div_ceil(ticks).max(1);
+        match self.options.horizon {
+            0 => needed,
+            horizon => needed.min(horizon.saturating_sub(self.state.steps).max(1)),
+        }
+    }
+
+    /// The command that an action becomes: with noise, and saturated.
+    fn disturbed(&mut self, mut target: [f64; MAX_ACTION_WIDTH]) -> [f64; MAX_ACTION_WIDTH] {
+        let (arm, full) = (&self.options.arm, self.options.action.full_scale());
+        for (entry, full) in target.iter_mut().zip(full).take(3) {
+            if arm.noise > 0.0 {
+                let drawn: f64 = self.state.command_noise.sample(StandardNormal);
+                *entry += arm.noise * full * drawn.clamp(-MAX_NOISE_SDS, MAX_NOISE_SDS);
+            }
+            if !arm.is_ideal() {
+                *entry = entry.clamp(-arm.saturation * full, arm.saturation * full);
+            }
+        }
+        target
+    }
+
+    /// Pass the commands that take effect now to the arm. Returns whether the velocity of the gripper is discontinuous.
+    fn receive_commands(&mut self, times: [f64; 2]) -> bool {
+        let mut is_discontinuous = false;
+        while let Some(target) = self.state.commands.pop_due(self.state.tick) {
+            let object = self.stepper.state();
+            let model = &mut self.state.action_model;
+            is_discontinuous |= model.set_command(target, times, &self.task_object, object);
+        }
+        is_discontinuous
+    }
+
+    /// Advance by one simulation step.
+    fn tick(
+        &mut self,
+        times: [f64; 2],
+        reads: bool,
+        is_discontinuous: bool,
+        sums: &mut StepSums,
+    ) -> Result<(), SimError> {
+        let [period, dt] = times;
+        let clock = self.clock(f64::from(self.state.tick) * dt);
+        let rigid = self.stepper.rigid(clock);
+        let is_pushing = self.state.action_model.elapsed(dt) < PUSH_CONTACT_FRACTION * period;
+        // Poses before the step, computed only if an instrument reads them.
+        let poses = (reads || self.recorder.is_some()).then(|| self.poses());
+        let instant = self.state.action_model.instant_wrench(times);
+        let wrench =
+            self.state.action_model.step(times, &self.task_object.body, &rigid, self.stepper.state());
+        self.stepper.step(wrench, clock, dt)?;
+        if let Some(poses) = poses {
+            let accel = self.gripper_acceleration(&poses, is_discontinuous);
+            let recorded =
+                instant.unwrap_or([0, 1, 2].map(|k| (self.state.last_wrench[k] + wrench[k]) / 2.0));
+            self.record(recorded, &poses, accel, clock);
+            self.state.wrist_wrench = self.wrist_reading(wrench, &poses, accel, clock);
+        }
+        self.state.last_wrench = wrench;
+        sums.effort += effort(wrench, self.state.action_model.grasp);
+        if self.stepper.is_touching() {
+            sums.touching_ticks += 1;
+            self.state.contact_impulse += self.stepper.contact_impulse();
+        }
+        self.state.tick += 1;
+        if is_pushing {
+            sums.pushing_ticks += 1;
+            sums.wrist = [0, 1, 2].map(|k| sums.wrist[k] + self.state.wrist_wrench[k]);
+        }
+        self.store_measurement();
+        Ok(())
     }
 
     /// Current target pose.
@@ -257,7 +344,7 @@ impl Episode {
             .map_or(self.layout.goal, |path| path.pose_at(path.arc_length + PATH_LOOKAHEAD_M))
     }
 
-    fn outcome(&mut self, touched: bool) -> Outcome {
+    fn outcome(&mut self, sums: &StepSums, periods: u32) -> Outcome {
         let State { pose, twist: [vx, vy, spin], .. } = *self.stepper.state();
         let [x, y, theta] = pose;
         let away = |to: [f64; 3]| ((x - to[0]).hypot(y - to[1]), wrap_angle(theta - to[2]));
@@ -283,11 +370,38 @@ impl Episode {
             && speed < MAX_GOAL_SPEED_M_PER_S;
         let terminated = lost || (success && ends);
         let truncated = horizon > 0 && self.state.steps >= horizon && !terminated;
+        let duration = f64::from(periods) * self.options.control_period();
+        let touched = sums.touching_ticks > 0;
+        let touch_time = f64::from(sums.touching_ticks) * self.options.step;
+        self.state.contact_time += touch_time;
+        let costs = self.options.costs();
+        let touch_share = match costs.charges_whole_steps {
+            true => f64::from(u8::from(touched)),
+            false => touch_time / duration,
+        };
+        let effort = sums.effort * self.options.step / duration;
         let cost = distance
             + HEADING_COST_M_PER_RAD * heading_error.abs()
-            + if touched { CONTACT_COST_M } else { 0.0 };
-        let reward = path_gain - self.options.control_period() * cost - if lost { FAILURE_COST } else { 0.0 };
-        Outcome { reward, terminated, truncated, success, lost, touched, distance, heading_error, progress }
+            + costs.touch * touch_share
+            + costs.effort * effort
+            + costs.time;
+        let reward = path_gain - duration * cost - if lost { FAILURE_COST } else { 0.0 };
+        Outcome {
+            reward,
+            terminated,
+            truncated,
+            success,
+            lost,
+            touched,
+            distance,
+            heading_error,
+            progress,
+            success_without_touching: success && self.state.contact_time == 0.0,
+            contact_time: self.state.contact_time,
+            contact_impulse: self.state.contact_impulse,
+            action_clipped: false,
+            duration,
+        }
     }
 
     /// Record the pre-contact interval.
@@ -370,4 +484,27 @@ struct Poses {
     gripper: [f64; 3],
     /// Pose of the gripper in the object frame.
     frame: [f64; 3],
+}
+
+/// Sums over the simulation steps of an action.
+#[derive(Default)]
+struct StepSums {
+    touching_ticks: u32,
+    effort: f64,
+    /// Readings of the wrist during a push, and their number.
+    wrist: [f64; 3],
+    pushing_ticks: u32,
+}
+
+/// Squared wrench about the grasp as a fraction of the full one. `wrench` is in object axes about the object origin.
+fn effort([fx, fy, torque]: [f64; 3], [x, y, _]: [f64; 3]) -> f64 {
+    let [full, _, full_torque] = FULL_WRENCH;
+    let about_grasp = (torque - (x * fy - y * fx)) / full_torque;
+    (fx * fx + fy * fy) / (full * full) + about_grasp * about_grasp
+}
+
+/// Largest number of commands on their way.
+fn queue_length(options: &Options) -> usize {
+    let delay = options.arm.delay + options.decision_time;
+    (delay / options.control_period()).ceil() as usize + 2
 }

@@ -8,13 +8,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_model::{Body, Effect, GeneralisedForce, Kind, MAX_INNER_STATES, Model, Prior};
 
-use super::options::HiddenKind;
+use super::options::{HiddenKind, Options};
 use super::task_objects::TaskObject;
 use crate::SimError;
 use crate::simulate::draw_initial_inner;
 
-/// Range of the friction of a locked wheel in both directions, N·s/m.
-const LOCKED_FRICTION_N_S_PER_M: (f64, f64) = (60.0, 300.0);
 /// Range of the friction of a rolling wheel along its rolling direction, N·s/m.
 const ROLLING_FRICTION_N_S_PER_M: (f64, f64) = (3.0, 12.0);
 /// Range of the lateral friction of a fixed wheel, N·s/m.
@@ -46,16 +44,17 @@ impl HiddenEffects {
     /// Draw the hidden effects of an object. The effects `extra` are always included.
     pub fn draw(
         task_object: &TaskObject,
-        kind: HiddenKind,
+        options: &Options,
         extra: &[Effect],
         rng: &mut ChaCha8Rng,
     ) -> Result<Self, SimError> {
+        let (kind, friction) = (options.hidden, options.locked_friction());
         let mut effects = match kind {
             HiddenKind::None => vec![],
-            HiddenKind::Locked => vec![draw_locked_wheel(task_object, rng)],
+            HiddenKind::Locked => vec![draw_locked_wheel(task_object, friction, rng)],
             HiddenKind::Configuration => draw_configuration(task_object, rng),
             HiddenKind::Wheels | HiddenKind::Catalogue if task_object.has_directional_wheel() => {
-                draw_wheels(task_object, rng)
+                draw_wheels(task_object, friction, rng)
             }
             HiddenKind::Wheels | HiddenKind::Catalogue => draw_configuration(task_object, rng),
         };
@@ -96,15 +95,14 @@ fn model(body: &Body, effects: Vec<Effect>) -> Model {
     Model { body, mass, dof: [true; 3], effects, priors: Default::default(), discrepancy: None }
 }
 
-fn draw_locked_wheel(task_object: &TaskObject, rng: &mut ChaCha8Rng) -> Effect {
+fn draw_locked_wheel(task_object: &TaskObject, friction: (f64, f64), rng: &mut ChaCha8Rng) -> Effect {
     let at = draw_foot(task_object, rng);
-    let (mu_x, mu_y) =
-        (log_uniform(LOCKED_FRICTION_N_S_PER_M, rng), log_uniform(LOCKED_FRICTION_N_S_PER_M, rng));
+    let (mu_x, mu_y) = (log_uniform(friction, rng), log_uniform(friction, rng));
     wheel(at, rng.random_range(0.0..PI), mu_x, mu_y)
 }
 
 /// One wheel is locked, fixed or a caster. The others roll in all directions.
-fn draw_wheels(task_object: &TaskObject, rng: &mut ChaCha8Rng) -> Vec<Effect> {
+fn draw_wheels(task_object: &TaskObject, friction: (f64, f64), rng: &mut ChaCha8Rng) -> Vec<Effect> {
     let one = rng.random_range(0..task_object.feet.len().max(1));
     let mut effects = vec![];
     for (k, &at) in task_object.feet.iter().enumerate() {
@@ -115,14 +113,9 @@ fn draw_wheels(task_object: &TaskObject, rng: &mut ChaCha8Rng) -> Vec<Effect> {
         }
         let angle = rng.random_range(0.0..PI);
         effects.push(match rng.random_range(0..4) {
-            0 | 1 => wheel(
-                at,
-                angle,
-                log_uniform(LOCKED_FRICTION_N_S_PER_M, rng),
-                log_uniform(LOCKED_FRICTION_N_S_PER_M, rng),
-            ),
+            0 | 1 => wheel(at, angle, log_uniform(friction, rng), log_uniform(friction, rng)),
             2 => wheel(at, angle, rolling, log_uniform(LATERAL_FRICTION_N_S_PER_M, rng)),
-            _ => caster(at, log_uniform(CASTER_TRAIL_M, rng), log_uniform(LOCKED_FRICTION_N_S_PER_M, rng)),
+            _ => caster(at, log_uniform(CASTER_TRAIL_M, rng), log_uniform(friction, rng)),
         });
     }
     effects

@@ -3,7 +3,11 @@
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
+use super::action_mode::ActionMode;
+use super::arm::ArmOptions;
 use super::constants::*;
+use super::costs::Costs;
+use super::object_sets::{Level, Split};
 use crate::SimError;
 
 /// Kind of task.
@@ -33,37 +37,6 @@ impl TaskKind {
     }
 }
 
-/// Meaning of an action.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ActionMode {
-    /// Wrench at the grasp, gripper axes.
-    Wrench,
-    /// Velocity of the gripper, world axes.
-    Velocity,
-    /// Push with a fingertip: contact position, push direction and speed.
-    Push,
-    /// As `Wrench`, followed by the next grasp position, as fractions of half the object's sides, and a request to regrasp.
-    Regrasp,
-}
-
-impl ActionMode {
-    /// Physical values of an action of ones.
-    pub fn full_scale(self) -> &'static [f64] {
-        match self {
-            Self::Wrench => &FULL_WRENCH,
-            Self::Velocity => &FULL_VELOCITY,
-            Self::Push => &FULL_PUSH,
-            Self::Regrasp => &FULL_REGRASP,
-        }
-    }
-
-    /// Number of entries of an action.
-    pub fn width(self) -> usize {
-        self.full_scale().len()
-    }
-}
-
 /// Kind of hidden effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -85,12 +58,24 @@ pub enum HiddenKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
+    /// Version of observations, costs and clipping: 0 or 1.
+    pub version: u32,
     /// Kind of task.
     pub task: TaskKind,
     /// Meaning of an action.
     pub action: ActionMode,
     /// Names of household objects, `random`, or object files. Each object is drawn from them.
     pub object: Vec<String>,
+    /// Level of difficulty. Objects are then drawn from its set, not from `object`.
+    pub level: Option<Level>,
+    /// Set of the level from which objects are drawn.
+    pub split: Split,
+    /// Range of the mass of random objects, kg.
+    pub mass: Option<[f64; 2]>,
+    /// Range of the friction of a locked wheel, N·s/m.
+    pub friction: Option<[f64; 2]>,
+    /// Whether observations contain the outline.
+    pub outline: bool,
     /// Kind of hidden effects.
     pub hidden: HiddenKind,
     /// Additional effects, as in `model.toml`. All values must be given.
@@ -99,6 +84,20 @@ pub struct Options {
     pub noise: f64,
     /// Probability that the tracker loses a pose.
     pub drop_out: f64,
+    /// Properties of the arm.
+    pub arm: ArmOptions,
+    /// Delay of all measurements, s, rounded to simulation steps.
+    pub sensor_delay: f64,
+    /// Stated decision time, s, rounded to simulation steps. The previous command acts meanwhile.
+    pub decision_time: f64,
+    /// Whether the caller measures and gives the decision time of each step.
+    pub measures_decisions: bool,
+    /// Cost of each second; `None` for the default of the version.
+    pub time_cost: Option<f64>,
+    /// Cost of each second at full effort; `None` for the default of the version.
+    pub effort_cost: Option<f64>,
+    /// Cost of each second of contact with an obstacle; `None` for the default of the version.
+    pub touch_cost: Option<f64>,
     /// Distance tolerance of the goal, m.
     pub reach: f64,
     /// Heading tolerance of the goal, rad.
@@ -116,13 +115,26 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
+            version: 0,
             task: TaskKind::Pose,
             action: ActionMode::Wrench,
             object: vec!["office_table".to_owned()],
+            level: None,
+            split: Split::Train,
+            mass: None,
+            friction: None,
+            outline: false,
             hidden: HiddenKind::Wheels,
             effects: vec![],
             noise: 1.0,
             drop_out: 0.0,
+            arm: ArmOptions::default(),
+            sensor_delay: 0.0,
+            decision_time: 0.0,
+            measures_decisions: false,
+            time_cost: None,
+            effort_cost: None,
+            touch_cost: None,
             reach: 0.05,
             facing: 0.1,
             ends: true,
@@ -172,12 +184,50 @@ impl Options {
 
     /// Whether the object can differ between episodes.
     pub fn has_varied_objects(&self) -> bool {
-        !matches!(self.object.as_slice(), [one] if one != "random" && one != "household")
+        self.level.is_some()
+            || !matches!(self.object.as_slice(), [one] if one != "random" && one != "household")
+    }
+
+    /// Whether actions outside [−1, 1] are clipped. Otherwise they are errors.
+    pub fn clips_actions(&self) -> bool {
+        self.version > 0
+    }
+
+    /// Costs per second.
+    pub fn costs(&self) -> Costs {
+        let default = Costs::of_version(self.version);
+        Costs {
+            time: self.time_cost.unwrap_or(default.time),
+            effort: self.effort_cost.unwrap_or(default.effort),
+            touch: self.touch_cost.unwrap_or(default.touch),
+            ..default
+        }
+    }
+
+    /// Range of the friction of a locked wheel, N·s/m.
+    pub fn locked_friction(&self) -> (f64, f64) {
+        let of_level = self.level.map(|level| level.object_set(self.split).friction);
+        self.friction.map(|[low, high]| (low, high)).or(of_level).unwrap_or(LOCKED_FRICTION_N_S_PER_M)
+    }
+
+    /// Simulation steps in a time, s.
+    pub fn steps_in(&self, seconds: f64) -> u32 {
+        (seconds / self.step).round() as u32
     }
 
     /// Number of entries of an observation.
     pub fn observation_len(&self) -> usize {
-        COMMON_ENTRIES + if self.has_varied_objects() { 2 } else { 0 } + self.task.feature_count()
+        COMMON_ENTRIES + self.shape_entries() + self.task.feature_count()
+    }
+
+    /// Number of entries of an observation that describe the object.
+    fn shape_entries(&self) -> usize {
+        match (self.version, self.has_varied_objects(), self.outline) {
+            (0, false, _) => 0,
+            (0, true, _) => 2,
+            (_, _, false) => BOUNDS_ENTRIES,
+            (_, _, true) => BOUNDS_ENTRIES + OUTLINE_ENTRIES,
+        }
     }
 
     /// Largest magnitude of each entry of an observation.
@@ -201,6 +251,53 @@ impl Options {
         within("facing", self.facing, 1e-3, 4.0, "must lie in [0.001, 4] rad")?;
         within("step", self.step, 1e-5, 0.01, "must lie in [0.00001, 0.01] s")?;
         within("substeps", f64::from(self.substeps), 1.0, 1e4, "must lie in 1..10000")?;
+        within("version", f64::from(self.version), 0.0, 1.0, "must be 0 or 1")?;
+        within("sensor_delay", self.sensor_delay, 0.0, MAX_DELAY_S, "must lie in [0, 1] s")?;
+        within("realtime", self.decision_time, 0.0, MAX_DELAY_S, "must lie in [0, 1] s, or be \"measured\"")?;
+        for (key, value) in [
+            ("time_cost", self.time_cost),
+            ("effort_cost", self.effort_cost),
+            ("touch_cost", self.touch_cost),
+        ] {
+            within(key, value.unwrap_or(0.0), 0.0, 1e4, "must lie in [0, 10000] per second")?;
+        }
+        for (key, range, low, high, remedy) in [
+            ("mass", self.mass, 0.5, 500.0, "give two masses in [0.5, 500] kg, the smaller one first"),
+            (
+                "friction",
+                self.friction,
+                0.1,
+                1e4,
+                "give two values in [0.1, 10000] N s/m, the smaller one first",
+            ),
+        ] {
+            if let Some([a, b]) = range.filter(|[a, b]| !(low <= *a && a <= b && *b <= high)) {
+                return Err(SimError::value(key, [a, b], remedy));
+            }
+        }
+        self.arm.check(self.action)?;
+        self.check_objects()
+    }
+
+    fn check_objects(&self) -> Result<(), SimError> {
+        let has_random = self.object.iter().any(|name| name == "random");
+        if let Some(level) = self.level.filter(|_| self.mass.is_some()) {
+            return Err(SimError::value("mass", level, "the level states the range: remove mass, or level"));
+        }
+        if let Some(mass) = self.mass.filter(|_| !has_random) {
+            return Err(SimError::value(
+                "mass",
+                mass,
+                "only random objects have a range: set object to \"random\"",
+            ));
+        }
+        if self.outline && self.version == 0 {
+            return Err(SimError::value(
+                "outline",
+                true,
+                "observations of version 0 have none: use an id ending in -v1",
+            ));
+        }
         if self.object.is_empty() {
             return Err(SimError::value("object", &self.object, "name at least one object, or \"random\""));
         }

@@ -21,4 +21,14 @@ pub struct Outcome {
     pub heading_error: f64,
     /// Completed fraction of the path; 0 without a path.
     pub progress: f64,
+    /// The goal was reached, and the object has touched no obstacle in the episode.
+    pub success_without_touching: bool,
+    /// Time of contact with obstacles in the episode so far, s.
+    pub contact_time: f64,
+    /// Impulse of obstacles on the object in the episode so far, N·s.
+    pub contact_impulse: f64,
+    /// An entry of the action was outside [−1, 1] and has been clipped.
+    pub action_clipped: bool,
+    /// Duration of the step, s: longer than the period if the decision takes longer.
+    pub duration: f64,
 }

@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 use trundle_model::{Effect, Model, ModelError, NotFinite, Rigid};
 use trundle_record::{Contact, Metadata, Obstacle};
 
+use super::action_mode::ActionMode;
 use super::constants::MAX_ACTION_WIDTH;
 use super::episode::{self, Episode};
 use super::hidden::HiddenEffects;
-use super::options::{ActionMode, Options};
+use super::options::Options;
 use super::outcome::Outcome;
 use super::scene_layout::{ResetOptions, SceneLayout};
 use super::task_objects::{TaskObject, TaskObjects};
@@ -66,7 +67,7 @@ impl PushTask {
     /// If an option is out of range. The message names it.
     pub fn new(options: Options) -> Result<Self, SimError> {
         options.check()?;
-        let task_objects = TaskObjects::named(&options.object)?;
+        let task_objects = TaskObjects::new(&options)?;
         let extra_effects = crate::toml_file::effects(&options.effects)?;
         Ok(Self {
             options: Arc::new(options),
@@ -123,7 +124,7 @@ impl PushTask {
     fn draw_object(&self, seed: u64) -> Result<DrawnObject, SimError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let task_object = self.task_objects.draw(&mut rng)?;
-        let hidden = HiddenEffects::draw(&task_object, self.options.hidden, &self.extra_effects, &mut rng)?;
+        let hidden = HiddenEffects::draw(&task_object, &self.options, &self.extra_effects, &mut rng)?;
         Ok(DrawnObject { seed, task_object, hidden: Arc::new(hidden) })
     }
 
@@ -158,21 +159,30 @@ impl PushTask {
         self.episode.as_ref().is_some_and(|(_, episode)| !episode.ended())
     }
 
-    /// Apply an action until the next one is due. `action` has [`ActionMode::width`] entries in [−1, 1]. Returns `None` if no
-    /// episode is running.
+    /// Apply an action until the next one is due. `action` has [`ActionMode::width`] entries, which are clipped to [−1, 1].
+    /// Returns `None` if no episode is running.
     ///
     /// # Errors
     /// If the motion is not finite. The message names the parameter to check first. The episode has then ended.
     pub fn step(&mut self, action: &[f64]) -> Result<Option<Outcome>, SimError> {
+        self.step_after(action, self.options.decision_time)
+    }
+
+    /// As [`PushTask::step`], after a decision that took `thinking` s.
+    ///
+    /// # Errors
+    /// As [`PushTask::step`].
+    pub fn step_after(&mut self, action: &[f64], thinking: f64) -> Result<Option<Outcome>, SimError> {
         let full = self.options.action.full_scale();
         let Some((_, episode)) = self.episode.as_mut().filter(|(_, episode)| !episode.ended()) else {
             return Ok(None);
         };
         let mut target = [0.0; MAX_ACTION_WIDTH];
         for (entry, (share, full)) in target.iter_mut().zip(action.iter().zip(full)) {
-            *entry = share * full;
+            *entry = share.clamp(-1.0, 1.0) * full;
         }
-        let outcome = episode.step(target)?;
+        let mut outcome = episode.step(target, thinking)?;
+        outcome.action_clipped = action.iter().any(|share| share.abs() > 1.0);
         if episode.is_finite() && outcome.reward.is_finite() {
             return Ok(Some(outcome));
         }

@@ -8,6 +8,9 @@ use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::{Body, Effect, Fixture, Kind};
 
+use super::constants::OUTLINE_ENTRIES;
+use super::object_sets::ObjectSet;
+use super::options::Options;
 use crate::{Object, SimError};
 
 /// The ten objects of the paper's Fig. 7.
@@ -43,12 +46,16 @@ pub struct TaskObject {
     pub feet: Vec<[f64; 2]>,
     /// Effects of each configuration.
     pub configurations: Vec<Vec<Effect>>,
+    /// Distance from the middle of the bounds to the outermost point of the outline in equally spaced directions, m.
+    pub outline: [f64; OUTLINE_ENTRIES],
 }
 
 impl TaskObject {
+    /// An object with these configurations.
     fn new(body: Body, configurations: Vec<Vec<Effect>>) -> Self {
         let feet = body.feet.clone().unwrap_or_else(|| default_feet(&body));
-        Self { body, feet, configurations }
+        let outline = outline_radii(&body);
+        Self { body, feet, configurations, outline }
     }
 
     fn from_object(object: &Object) -> Result<Self, SimError> {
@@ -81,22 +88,38 @@ impl TaskObject {
     pub fn rim_point(&self, angle: f64) -> [f64; 2] {
         let (sin, cos) = angle.sin_cos();
         let [x, y] = self.body.com;
-        let inside = |far: f64| self.body.outside([x + far * cos, y + far * sin]).0 <= 0.0;
-        let (mut low, mut high) = (0.0, 2.0 * crate::obstacle_distance::outline_radius(&self.body));
-        // Step inwards from outside to the first point inside, then bisect.
-        let stride = high / 256.0;
-        while high > stride && !inside(high - stride) {
-            high -= stride;
-        }
-        if high > stride {
-            low = high - stride;
-        }
-        for _ in 0..40 {
-            let middle = (low + high) / 2.0;
-            if inside(middle) { low = middle } else { high = middle }
-        }
-        [x + low * cos, y + low * sin]
+        let far = rim_distance(&self.body, [x, y], [cos, sin], 256);
+        [x + far * cos, y + far * sin]
     }
+}
+
+/// Distance from a point to the outermost point of the outline in a direction, m; 0 if there is none. The search steps
+/// inwards in `strides` steps to the first point inside, then bisects.
+fn rim_distance(body: &Body, [x, y]: [f64; 2], [cos, sin]: [f64; 2], strides: u32) -> f64 {
+    let inside = |far: f64| body.outside([x + far * cos, y + far * sin]).0 <= 0.0;
+    let (mut low, mut high) = (0.0, 2.0 * crate::obstacle_distance::outline_radius(body));
+    let stride = high / f64::from(strides);
+    while high > stride && !inside(high - stride) {
+        high -= stride;
+    }
+    if high > stride {
+        low = high - stride;
+    }
+    for _ in 0..40 {
+        let middle = (low + high) / 2.0;
+        if inside(middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// Distances of [`TaskObject::outline`].
+fn outline_radii(body: &Body) -> [f64; OUTLINE_ENTRIES] {
+    let [low, high] = body.bounds();
+    let middle = [0, 1].map(|k| (low[k] + high[k]) / 2.0);
+    std::array::from_fn(|k| {
+        let (sin, cos) = (std::f64::consts::TAU * k as f64 / OUTLINE_ENTRIES as f64).sin_cos();
+        rim_distance(body, middle, [cos, sin], 64)
+    })
 }
 
 /// Default positions of feet: the corners of the bounds, inset by 15 % of the sides.
@@ -109,26 +132,44 @@ fn default_feet(body: &Body) -> Vec<[f64; 2]> {
     vec![at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]
 }
 
-/// Set of objects to draw from. `None` stands for a random object.
+/// Range of the mass of random objects, kg.
+const RANDOM_MASS_KG: [f64; 2] = [8.0, 60.0];
+
+/// Set of objects to draw from.
 #[derive(Clone, Debug)]
-pub struct TaskObjects(Vec<Option<Arc<TaskObject>>>);
+pub struct TaskObjects(Vec<Source>);
+
+/// A source of objects.
+#[derive(Clone, Debug)]
+enum Source {
+    /// Always the same object.
+    Fixed(Arc<TaskObject>),
+    /// Random objects with a mass in this range, kg.
+    Random([f64; 2]),
+    /// Objects of a level.
+    Set(&'static ObjectSet),
+}
 
 impl TaskObjects {
-    /// Objects by name or file.
+    /// Objects of the level, or else by name or file.
     ///
     /// # Errors
     /// If there is no such object. The message lists the names.
-    pub fn named(names: &[String]) -> Result<Self, SimError> {
+    pub fn new(options: &Options) -> Result<Self, SimError> {
+        if let Some(level) = options.level {
+            return Ok(Self(vec![Source::Set(level.object_set(options.split))]));
+        }
         let mut objects = vec![];
-        for name in names {
+        for name in &options.object {
             match name.as_str() {
-                RANDOM_NAME => objects.push(None),
+                RANDOM_NAME => objects.push(Source::Random(options.mass.unwrap_or(RANDOM_MASS_KG))),
                 HOUSEHOLD_NAME => {
                     for (name, text) in HOUSEHOLD_FILES {
-                        objects.push(Some(Arc::new(TaskObject::from_object(&Object::parse(name, text)?)?)));
+                        let object = TaskObject::from_object(&Object::parse(name, text)?)?;
+                        objects.push(Source::Fixed(Arc::new(object)));
                     }
                 }
-                _ => objects.push(Some(Arc::new(TaskObject::from_object(&read_object(name)?)?))),
+                _ => objects.push(Source::Fixed(Arc::new(TaskObject::from_object(&read_object(name)?)?))),
             }
         }
         Ok(Self(objects))
@@ -136,14 +177,16 @@ impl TaskObjects {
 
     /// The object, if there is only one.
     pub fn only(&self) -> Option<&Arc<TaskObject>> {
-        if let [Some(object)] = self.0.as_slice() { Some(object) } else { None }
+        if let [Source::Fixed(object)] = self.0.as_slice() { Some(object) } else { None }
     }
 
     /// Draw an object.
     pub fn draw(&self, rng: &mut ChaCha8Rng) -> Result<Arc<TaskObject>, SimError> {
         match self.0.choose(rng) {
-            Some(Some(object)) => Ok(object.clone()),
-            _ => Ok(Arc::new(draw_random_object(rng)?)),
+            Some(Source::Fixed(object)) => Ok(object.clone()),
+            Some(Source::Random(mass)) => Ok(Arc::new(draw_random_object(*mass, rng)?)),
+            Some(Source::Set(set)) => Ok(Arc::new(TaskObject::new(set.draw(rng)?, vec![]))),
+            None => Err(SimError::value("object", "", "name at least one object, or \"random\"")),
         }
     }
 }
@@ -161,10 +204,11 @@ pub(crate) fn read_object(name: &str) -> Result<Object, SimError> {
     Err(SimError::value("object", name, remedy))
 }
 
-/// Draw a rectangular, L-shaped, tapered or round-ended object of 8 to 60 kg on four wheels near its corners.
-fn draw_random_object(rng: &mut ChaCha8Rng) -> Result<TaskObject, SimError> {
+/// Draw a rectangular, L-shaped, tapered or round-ended object with a mass in this range, kg, on four wheels near its
+/// corners.
+fn draw_random_object([light, heavy]: [f64; 2], rng: &mut ChaCha8Rng) -> Result<TaskObject, SimError> {
     let (a, b) = (rng.random_range(0.3..=0.7), rng.random_range(0.2..=0.45));
-    let mass = rng.random_range(8f64.ln()..=60f64.ln()).exp();
+    let mass = rng.random_range(light.ln()..=heavy.ln()).exp();
     let polygon = |vertices: Vec<[f64; 2]>| Fixture::Polygon { vertices, density: 1.0 };
     let fixtures = match rng.random_range(0..4) {
         0 => vec![polygon(vec![[-a, -b], [a, -b], [a, b], [-a, b]])],
