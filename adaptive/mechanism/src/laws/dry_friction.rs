@@ -4,6 +4,9 @@ use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec,
 use crate::units::Unit;
 use trundle_model::Real;
 
+/// Transition velocity of the Stribeck curve, in rms velocities of the joint: slower motion counts as rest.
+const TRANSITION: [f64; 2] = [0.1, 0.3];
+
 pub(super) const SPEC: Spec = Spec {
     effect: "joint_dry_friction",
     summary: "dry friction of a joint, with stiction and Stribeck curve",
@@ -14,7 +17,7 @@ pub(super) const SPEC: Spec = Spec {
         ParamSpec { refines: true, ..positive("static_effort", Unit::Effort, Scale::Effort) },
         ParamSpec {
             refines: true,
-            bounds: [0.0, 0.3],
+            bounds: TRANSITION,
             ..positive("velocity", Unit::Velocity, Scale::Velocity)
         },
     ],
