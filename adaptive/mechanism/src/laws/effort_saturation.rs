@@ -4,19 +4,25 @@ use super::{Applies, JointLaw, JointScales, ParamSpec, Scale, Spec, magnitude, p
 use crate::units::Unit;
 use trundle_model::Real;
 
+/// Least limit, in rms efforts: a drive that is always at its limit has a constant effort, which explains nothing.
+const MIN_LIMIT: f64 = 1.2;
+
 pub(super) const SPEC: Spec = Spec {
     effect: "effort_saturation",
     summary: "limit of the effort of a drive",
     source: "current limit of drives",
     applies: Applies::CommandedEffort,
-    params: &[ParamSpec { bounds: [0.5, f64::INFINITY], ..positive("limit", Unit::Effort, Scale::Effort) }],
+    params: &[ParamSpec {
+        bounds: [MIN_LIMIT, f64::INFINITY],
+        ..positive("limit", Unit::Effort, Scale::Effort)
+    }],
     sentence: "The drive of joint {joint} delivers no more than {limit}",
     experiment: "command the largest effort against a known load",
     starts,
 };
 
 fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
-    vec![vec![1.5 * scales.effort], vec![2.5 * scales.effort], vec![scales.effort]]
+    vec![vec![1.5 * scales.effort], vec![2.5 * scales.effort], vec![1.25 * scales.effort]]
 }
 
 /// The law with values.
