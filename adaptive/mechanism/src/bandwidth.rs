@@ -14,6 +14,8 @@ const MIN_SIGNAL_SHARES: [f64; 2] = [0.95, 0.7];
 const STEP: f64 = 1.25;
 /// Most filtered samples of a joint. More only cost time: a friction law does not need them.
 const MAX_SAMPLES: f64 = 4000.0;
+/// Fewest filtered samples of a joint, if the noise allows them.
+const MIN_SAMPLES: f64 = 400.0;
 /// Standard deviations of the filter between samples that are compared. Noise of neighbours is then correlated by 0.1.
 pub(crate) const SPACING_SDS: f64 = 3.0;
 
@@ -71,7 +73,8 @@ pub(crate) fn cutoff(episodes: &[Positions<'_>], noise: f64, slowest: f64) -> f6
     let wanted = [1, 2].map(|order| MIN_SIGNAL_SHARES[order - 1] * kept(frequency, order));
     let suffices =
         |frequency: f64| [1, 2].into_iter().all(|order| kept(frequency, order) >= wanted[order - 1]);
-    while frequency > lowest * STEP && suffices(frequency / STEP) {
+    let enough = MIN_SAMPLES * SPACING_SDS * SD_OF_ONE_HERTZ / duration.max(f64::MIN_POSITIVE);
+    while frequency > lowest.max(enough) * STEP && suffices(frequency / STEP) {
         frequency /= STEP;
     }
     frequency.max(lowest)

@@ -50,12 +50,24 @@ fn episode(index: usize, extra: Extra, dry: f64, reading: fn(f64) -> f64) -> Epi
 }
 
 fn diagnosed(extra: Extra, dry: f64, reading: fn(f64) -> f64) -> JointAnswer {
+    diagnosed_in_units(extra, dry, reading, [1.0, 1.0])
+}
+
+/// A diagnosis of the same motion in units of position and effort that are smaller by these factors.
+fn diagnosed_in_units(extra: Extra, dry: f64, reading: fn(f64) -> f64, units: [f64; 2]) -> JointAnswer {
     let metadata = JointMetadata::from_toml(
         "format = \"trundle-recording/2\"\nname = \"bench\"\n[mechanism]\naxis = \"hinge\"\njoints = [\"arm\"]\n\
          [split]\nheld_out = [\"episode_06\", \"episode_07\"]\n",
     )
     .unwrap();
-    let episodes = (0..8).map(|k| episode(k, extra, dry, reading)).collect();
+    let one = |k: usize| {
+        let mut episode = episode(k, extra, dry, reading);
+        for (title, factor) in ["q_arm", "effort_arm"].into_iter().zip(units) {
+            episode.columns.get_mut(title).unwrap().iter_mut().for_each(|value| *value *= factor);
+        }
+        episode
+    };
+    let episodes = (0..8).map(one).collect();
     let recording = JointRecording::new(metadata, episodes, BTreeMap::new()).unwrap();
     let motion = motion(&recording).unwrap();
     let problem = Problem::new(&recording, &motion, None).unwrap();
@@ -116,4 +128,18 @@ fn an_offset_of_the_reading_is_tied_to_friction_that_differs_by_direction() {
 fn a_disturbance_in_time_is_unexplained() {
     let answer = diagnosed(|t, _, _| 0.15 * (1.7 * t).sin(), 0.0, exact);
     assert_eq!((answer.verdict, names(&answer)), (Verdict::Unexplained, vec![]));
+}
+
+#[test]
+fn the_answer_does_not_depend_on_the_units() {
+    let extra: Extra = |_, q, _| 0.12 * (6.0 * q).sin();
+    let of = |units| diagnosed_in_units(extra, 0.06, exact, units);
+    let reference = of([1.0, 1.0]);
+    for units in [[1024.0, 1.0], [1.0, 1.0 / 1024.0], [1.0 / 1024.0, 1024.0]] {
+        let other = of(units);
+        assert_eq!((other.verdict, names(&other)), (reference.verdict, names(&reference)), "{units:?}");
+        for (a, b) in other.missing.iter().zip(&reference.missing) {
+            assert!((a.probability - b.probability).abs() < 1e-3, "{units:?} {a:?}");
+        }
+    }
 }
