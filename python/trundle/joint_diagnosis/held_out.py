@@ -29,6 +29,8 @@ STEP_S = 0.002
 """Longest step of the simulation, s."""
 MIN_RANGE_SDS = 10.0
 """Range of a joint's positions, noise standard deviations, below which its relative errors make no sense."""
+CUBIC = 3
+"""Degree of the polynomial through earlier samples that gives the state at the start of a window."""
 COMPLIANT = ("joint_backlash", "joint_elasticity")
 """Effects with a drive that moves on its own, which the simulation at the joints does not have."""
 
@@ -139,14 +141,12 @@ class _Run:
         duration, dt = self.t[-1] - self.t[0], self.t[1] - self.t[0]
         size = max(int(min(WINDOW_S, MAX_WINDOW_SHARE * duration) / dt), 2)
         for start in range(first, len(self.t) - size, size):
-            reach = slice(max(0, start - first), start + 1)
-            parabola = np.polynomial.polynomial.polyfit(
-                self.t[reach] - self.t[start], self.raw[reach], min(2, start)
-            )
-            if len(parabola) < 2:
+            reach = slice(max(0, start - max(first // 2, CUBIC + 1)), start + 1)
+            if reach.stop - reach.start <= CUBIC:
                 continue
+            state = np.polynomial.polynomial.polyfit(self.t[reach] - self.t[start], self.raw[reach], CUBIC)
             rows = slice(start, start + size)
-            yield self.simulate(rows, parabola[0], parabola[1], laws) - self.raw[rows]
+            yield self.simulate(rows, state[0], state[1], laws) - self.raw[rows]
 
 
 def fill_position_figures(answer: JointAnswer, recording: JointRecording, paths: Mapping[str, Path]) -> None:
