@@ -13,8 +13,8 @@ from trundle.input_checks import require_usable
 from trundle.joint_diagnosis.held_out import Path, axis_paths, fill_position_figures, mechanism_paths
 from trundle.joint_diagnosis.mechanisms import EpisodeMechanisms, dynamics_of, load_mechanisms
 from trundle.joint_diagnosis.model_file import build_model
-from trundle.joint_diagnosis.report import render_joints
 from trundle.joint_diagnosis.result import JointDiagnosis
+from trundle.report import inputs
 from trundle.progress import ProgressOption, report_progress
 
 __all__ = ["diagnose_joints"]
@@ -66,12 +66,15 @@ def diagnose_joints(
         own = mechanisms.warnings if mechanisms else []
         answer["warnings"] = [*warnings, *own, *answer["warnings"]]
         report("report", 1.0)
+    from trundle.joint_diagnosis.report import render_joints  # takes long to import
+
     table = dict(recording.metadata["mechanism"])
     if mjcf is not None:
         table["model"] = os.path.basename(os.fspath(mjcf))
     model = build_model(table, outcome.models[1], answer)
-    command = command or f"trundle diagnose {recording.name}"
-    page = render_joints(answer, recording, motion, outcome, mechanisms, dynamics, paths, command)
+    command = command or f"trundle diagnose {recording.name if source is None else os.fspath(source)}"
+    fingerprints = inputs(recording=source, mjcf=mjcf)
+    page = render_joints(answer, recording, motion, outcome, mechanisms, paths, command, fingerprints)
     return JointDiagnosis(answer, model, page, paths)
 
 

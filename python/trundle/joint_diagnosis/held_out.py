@@ -16,7 +16,7 @@ from trundle.joint_diagnosis.fitted import fitted_mechanism
 from trundle.joint_diagnosis.mechanisms import EpisodeMechanisms
 from trundle.joint_diagnosis.signals import JointSignals, read_signals, setting
 
-__all__ = ["Path", "axis_paths", "fill_position_figures", "mechanism_paths"]
+__all__ = ["Path", "axis_paths", "fill_position_figures", "largest_commands", "mechanism_paths"]
 
 Floats = NDArray[np.float64]
 Side = Literal["before", "after"]
@@ -78,7 +78,7 @@ def mechanism_paths(
 ) -> dict[str, Path]:
     """Simulate every held-out episode before and after, whole and in windows."""
     held_out = [name for name, episode in recording.items() if episode.held_out]
-    largest = _largest_commands(recording, motion) if held_out else np.empty(0)
+    largest = largest_commands(recording, motion) if held_out else np.empty(0)
     found = {}
     for name in held_out:
         own = motion["episodes"][name]
@@ -191,7 +191,7 @@ def _spans(recording: JointRecording) -> Floats:
     return np.array(found)
 
 
-def _largest_commands(recording: JointRecording, motion: JointMotion) -> Floats:
+def largest_commands(recording: JointRecording, motion: JointMotion) -> Floats:
     """Return the largest recorded effort, or error of the target, of the training episodes, (n,)."""
     found = []
     for joint in motion["joints"]:

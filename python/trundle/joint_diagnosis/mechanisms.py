@@ -26,6 +26,9 @@ MAX_CONTACT_SHARE = 0.5
 MIN_TOUCHING_SHARE = 0.9
 """Share of the samples in which two bodies touch, from which they overlap in the model."""
 
+HINGE = 3
+"""MuJoCo's type of a hinge, mjtJoint.mjJNT_HINGE."""
+
 PathLike = str | os.PathLike[str]
 
 
@@ -47,6 +50,12 @@ class EpisodeMechanisms:
     def first(self) -> Mechanism:
         """The mechanism of the first episode, whose nominal values all share."""
         return next(iter(self.by_episode.values()))
+
+    @property
+    def joint_kinds(self) -> list[str]:
+        """The kind of each recorded joint: "hinge" or "slide"."""
+        first = self.first
+        return ["hinge" if first.compiled.jnt_type[k] == HINGE else "slide" for k in first.coordinates.index]
 
 
 def load_mechanisms(
@@ -159,7 +168,6 @@ def dynamics_of(mechanisms: EpisodeMechanisms, motion: JointMotion) -> dict[str,
         derivatives: see `trundle.mechanism.Regressors`.
     """
     first = mechanisms.first
-    hinge = 3  # mujoco.mjtJoint.mjJNT_HINGE
     return {
         "bodies": list(first.bodies),
         "masses": [first.masses[body] for body in first.bodies],
@@ -167,7 +175,7 @@ def dynamics_of(mechanisms: EpisodeMechanisms, motion: JointMotion) -> dict[str,
         "damping": first.damping.tolist(),
         "frictionloss": first.frictionloss.tolist(),
         "gravity": [float(value) for value in first.compiled.opt.gravity],
-        "is_hinge": [int(first.compiled.jnt_type[k]) == hinge for k in first.coordinates.index],
+        "is_hinge": [kind == "hinge" for kind in mechanisms.joint_kinds],
         "episodes": {
             name: _episode(mechanisms.by_episode[name], own) for name, own in motion["episodes"].items()
         },
