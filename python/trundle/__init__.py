@@ -16,9 +16,10 @@ from trundle.episode import Episode
 from trundle.findings import Finding, Findings
 from trundle.identifiability import Profile, profile
 from trundle.inspection import check, inspect, prepare, smooth
+from trundle.joint_diagnosis import JointDiagnosis
 from trundle.joint_episode import JointEpisode
 from trundle.joint_summary import JointSummary
-from trundle.model import Model, effects
+from trundle.model import Model, effects, joint_effects
 from trundle.online import Online
 from trundle.posterior import Posterior, sample
 from trundle.prediction import Prediction, predict
@@ -41,6 +42,7 @@ __all__ = [
     "Finding",
     "Findings",
     "Fit",
+    "JointDiagnosis",
     "JointEpisode",
     "JointRecording",
     "JointSummary",
@@ -68,6 +70,7 @@ __all__ = [
     "fit",
     "importers",
     "inspect",
+    "joint_effects",
     "mechanism",
     "objects",
     "plots",

@@ -9,6 +9,10 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from trundle._types import (
+    JointAnswer,
+    JointEffectEntry,
+    JointFittedModel,
+    JointMotion,
     Answer,
     CalibrationRound,
     CalibrationTable,
@@ -308,6 +312,34 @@ def _diagnose(
     wrench_pose: str = "own_time",
     progress: Callable[[str, float], object] | None = None,
 ) -> _Outcome: ...
+
+@final
+class _JointOutcome:
+    @property
+    def answer(self) -> JointAnswer: ...
+    @property
+    def models(self) -> list[JointFittedModel]: ...
+    @property
+    def predictions(self) -> dict[str, dict[str, Any]]: ...
+    def terms(
+        self,
+        which: str,
+        q: Sequence[float],
+        v: Sequence[float],
+        drive: Sequence[float],
+        external: Sequence[float],
+        load: Sequence[float | None],
+    ) -> list[list[float]]: ...
+
+def _joint_effects() -> list[JointEffectEntry]: ...
+def _joint_motion(recording: JointRecording | str | PathLike[str]) -> JointMotion: ...
+def _diagnose_joints(
+    recording: JointRecording | str | PathLike[str],
+    dynamics: Mapping[str, Any] | None = None,
+    *,
+    without: Sequence[str] = ...,
+    progress: Callable[[str, float], object] | None = None,
+) -> _JointOutcome: ...
 def _design(
     first: Model,
     second: Model,

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from typing import Any, Literal, TypedDict
 
+import numpy as np
+from numpy.typing import NDArray
+
 __all__ = [
     "Answer",
     "CalibrationRound",
@@ -15,6 +18,11 @@ __all__ = [
     "Estimate",
     "FitSummary",
     "IntervalBasis",
+    "JointAnswer",
+    "JointEffectEntry",
+    "JointFittedModel",
+    "JointMotion",
+    "JointMotionEpisode",
     "LackOfFit",
     "MissingEffect",
     "Noise",
@@ -183,3 +191,55 @@ class Answer(TypedDict, total=False):
     fit: dict[str, Any]
     certificates: list[dict[str, Any]]
     experiments: list[dict[str, Any]]
+
+
+class JointMotionEpisode(TypedDict):
+    """Smoothed motion of an episode: times (T,), s, and positions, velocities and accelerations, (T, n)."""
+
+    t: NDArray[np.float64]
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    a: NDArray[np.float64]
+
+
+class JointMotion(TypedDict):
+    """Smoothed motion of a recording of joints; the bandwidth is in Hz."""
+
+    joints: list[str]
+    bandwidth: float
+    episodes: dict[str, JointMotionEpisode]
+
+
+class JointFittedModel(TypedDict):
+    """A fitted mechanism: nominal values, and effects with kind, joint or body, and values."""
+
+    nominal: dict[str, float]
+    effects: list[dict[str, Any]]
+
+
+class JointEffectEntry(TypedDict):
+    """An entry of the catalogue of laws of joints; parameters have a name and a unit."""
+
+    effect: str
+    summary: str
+    source: str
+    parameters: list[dict[str, str]]
+    experiment: str
+
+
+class JointAnswer(TypedDict):
+    """The content of ``diagnosis.json`` of a recording of joints."""
+
+    format: str
+    recording: str
+    verdict: Literal["consistent", "reparameterised", "explained", "unexplained"]
+    missing: list[dict[str, Any]]
+    tied: list[list[str]]
+    tied_sets: list[list[list[str]]]
+    immaterial: list[dict[str, Any]]
+    mismatch: dict[str, Any]
+    residual: dict[str, Any]
+    warnings: list[str]
+    alternatives: list[dict[str, Any]]
+    nominal: dict[str, dict[str, Any]]
+    fit: dict[str, Any]

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, overload
 
 from trundle import _native
 from trundle._native import JointRecording, Model, Recording, TrundleError
@@ -15,7 +15,8 @@ from trundle._types import Answer, FitSummary
 from trundle.atomic import atomic_folder
 from trundle.black_box import Parameters, Step, parse_parameters
 from trundle.display import Card, Displayed
-from trundle.input_checks import has_joints, name_of, require_usable
+from trundle.input_checks import name_of, require_usable
+from trundle.joint_diagnosis import JointDiagnosis, diagnose_joints, open_joints
 from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs, render
 
@@ -266,10 +267,21 @@ def fit(
     return Fit(fitted, summary)
 
 
+@overload
+def diagnose(recording: JointRecording, model: None = None, **settings: Any) -> JointDiagnosis: ...
+@overload
 def diagnose(
-    recording: Recording | PathLike,
+    recording: Recording, model: Model | PathLike | None = None, **settings: Any
+) -> Diagnosis: ...
+@overload
+def diagnose(
+    recording: PathLike, model: Model | PathLike | None = None, **settings: Any
+) -> Diagnosis | Any: ...
+def diagnose(
+    recording: Recording | JointRecording | PathLike,
     model: Model | PathLike | None = None,
     *,
+    mjcf: PathLike | None = None,
     step: Step | None = None,
     parameters: Parameters | None = None,
     seed: int = 0,
@@ -278,14 +290,18 @@ def diagnose(
     check: bool = True,
     progress: ProgressOption = None,
     command: str | None = None,
-) -> Diagnosis:
+) -> Diagnosis | JointDiagnosis:
     """Locate where a simulation differs from a recording, and name the missing effects.
 
     Parameters
     ----------
-    recording : Recording or path
+    recording : Recording, JointRecording or path
+        With ``mjcf`` also a CSV log of joints with the columns of a recording: see docs/mechanisms.md.
     model : Model or path, optional
-        The simulation under test: its effects, and any values. By default the paper's model.
+        The simulation under test: its effects, and any values. By default the paper's model. Recordings of
+        joints name their own model.
+    mjcf : path, optional
+        An MJCF or URDF file that replaces the model of a recording of joints.
     step : callable, optional
         A black-box simulator in place of a model: ``step(state, wrench, dt, values)`` returns the state
         after ``dt`` seconds. States are pose and twist ``[x, y, theta, vx, vy, omega]`` of the origin of the
@@ -314,7 +330,8 @@ def diagnose(
 
     Returns
     -------
-    Diagnosis
+    Diagnosis or JointDiagnosis
+        The latter for a recording of joints.
 
     Raises
     ------
@@ -332,8 +349,26 @@ def diagnose(
     >>> diagnosis.write("diagnosis").name
     'diagnosis'
     """
-    if has_joints(recording):
-        raise TrundleError(f"{name_of(recording)}: recordings of joints cannot be diagnosed yet")
+    if not isinstance(recording, Recording):
+        joints = open_joints(recording, mjcf)
+        if joints is not None:
+            if model is not None or step is not None or parameters is not None:
+                raise TrundleError(
+                    f"{name_of(recording)}: `model`, `step` and `parameters` are for pushed objects; "
+                    "give the MJCF or URDF file of a mechanism as `mjcf`"
+                )
+            return diagnose_joints(
+                joints,
+                mjcf,
+                without=without,
+                check=check,
+                progress=progress,
+                command=command,
+                source=None if isinstance(recording, JointRecording) else recording,
+            )
+        recording = cast("Recording | PathLike", recording)
+    if mjcf is not None:
+        raise TrundleError(f"{name_of(recording)}: `mjcf` is for recordings of joints; remove it")
     warnings = require_usable(recording) if check else []
     if step is not None:
         if model is not None or without:

@@ -42,4 +42,4 @@ def test_the_catalogue_as_text(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_catalogue_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["effects", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == trundle.effects()
+    assert json.loads(capsys.readouterr().out) == [*trundle.effects(), *trundle.joint_effects()]

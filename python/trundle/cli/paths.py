@@ -21,14 +21,14 @@ class Input:
     ----------
     label : str
         Name of the argument, such as "RECORDING" or "--model".
-    kind : {"recording", "file", "any"}
-        What it must be; "any" is only checked for existence.
+    kind : {"recording", "log", "file", "any"}
+        What it must be; "log" is a recording or a CSV file, and "any" is only checked for existence.
     content : str
         Content of a file in words, such as "a model file (model.toml)".
     """
 
     label: str
-    kind: Literal["recording", "file", "any"]
+    kind: Literal["recording", "log", "file", "any"]
     content: str = ""
 
 
@@ -110,7 +110,8 @@ def check_input(path: Path, wanted: Input, together: Iterable[Path] = ()) -> Non
         joined = Path(" ".join(map(str, together)))
         hint = f"; quote the name: '{joined}'" if joined != path and joined.exists() else _nearest(path)
         raise ValueError(f"{wanted.label} = {path}: no such file or folder{hint}")
-    if wanted.kind == "recording" and not (path / "recording.toml").is_file():
+    is_log = wanted.kind == "log" and path.is_file() and path.suffix.lower() == ".csv"
+    if wanted.kind in ("recording", "log") and not is_log and not (path / "recording.toml").is_file():
         raise ValueError(f"{wanted.label} = {path}: {_not_a_recording(path)}")
     if wanted.kind == "file" and path.is_dir():
         raise ValueError(f"{wanted.label} = {path}: {_not_a_file(path, wanted)}")

@@ -13,7 +13,7 @@ from trundle.report.parameter import format_parameter
 from trundle.report.quantity import format_estimate, format_point
 from trundle.report.wording import effect_name, effect_names, format_share
 
-__all__ = ["diagnosis_card", "fit_card", "posterior_card"]
+__all__ = ["diagnosis_card", "fit_card", "joint_diagnosis_card", "posterior_card"]
 
 METRICS = {
     "position_rmse": ("position, whole episodes", "m"),
@@ -82,6 +82,40 @@ def diagnosis_card(answer: Mapping[str, Any]) -> Card:
     rows = [row for effect in answer["missing"] for row in _effect(effect)]
     title = f"trundle.Diagnosis of {answer['recording']!r}: {answer['verdict']}"
     return Card(title, facts, Table(("missing effect", "probability", "parameter", "value"), rows))
+
+
+def joint_diagnosis_card(answer: Mapping[str, Any]) -> Card:
+    """Return the card of a diagnosis of joints from its answer."""
+    facts = []
+    if answer["verdict"] == "unexplained":
+        facts.append(("missing", "something that no effect of the catalogue explains; see the report"))
+    elif not answer["missing"]:
+        facts.append(("missing", "nothing"))
+    if answer["tied"]:
+        facts.append(("indistinguishable", "; ".join(" or ".join(names) for names in answer["tied"])))
+    part = "held_out" if answer["fit"]["held_out"] else "training"
+    pair = answer["fit"][part]
+    if pair:
+        for key, text in JOINT_METRICS.items():
+            before, after = (pair[side][key] for side in ("before", "after"))
+            if before is not None:
+                facts.append((part.replace("_", " "), f"{text}: {format_change(before, after, '')}".rstrip()))
+    rows = [
+        (head, format_share(one["probability"]) if k == 0 else "", name, _value(value))
+        for one in answer["missing"]
+        for head in [":".join([one["effect"], *(one["where"] or {}).values()])]
+        for k, (name, value) in enumerate(one["parameters"].items())
+    ]
+    title = f"trundle.JointDiagnosis of {answer['recording']!r}: {answer['verdict']}"
+    return Card(title, facts, Table(("missing effect", "probability", "parameter", "value"), rows))
+
+
+JOINT_METRICS = {
+    "relative_position_rmse": "position, whole episodes, share of the range",
+    "relative_window_rmse": "position, 1 s ahead, share of the range",
+    "relative_effort_rmse": "required minus recorded effort, share of the range",
+}
+"""Error metrics of recordings of joints: key, text."""
 
 
 def _before_after(fit: Mapping[str, Any]) -> list[tuple[str, str]]:

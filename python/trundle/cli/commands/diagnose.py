@@ -13,11 +13,10 @@ from trundle.cli.options import (
     add_backend,
     add_model,
     add_quiet,
-    add_recording,
     add_seed,
     select_backend,
 )
-from trundle.cli.paths import DIAGNOSIS, check_output
+from trundle.cli.paths import DIAGNOSIS, Input, check_output, declare
 from trundle.progress import Progress
 
 HELP = "Locate where a simulation differs from a recording, and name the missing effects."
@@ -26,8 +25,22 @@ EXAMPLE = "trundle diagnose recording/ --out diagnosis/table"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the recordings, the model, the settings and the output folder."""
-    add_recording(parser, several=True)
+    parser.add_argument(
+        "recording",
+        metavar="RECORDING",
+        type=Path,
+        nargs="+",
+        help="recording: a folder with recording.toml, or with --mjcf a CSV log of joints",
+    )
+    declare(parser, "recording", Input("RECORDING", "log"))
     add_model(parser)
+    parser.add_argument(
+        "--mjcf",
+        metavar="FILE",
+        type=Path,
+        help="MJCF or URDF file of a mechanism, which replaces that of the recording",
+    )
+    declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
     parser.add_argument(
         "--out",
         metavar="PATH",
@@ -65,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     check_outputs(args)
     where = select_backend(args)
     quiet = args.quiet or where != Local(1)  # parallel progress lines would overlap
-    shared = (args.model, args.seed, args.without, args.wrench_pose, not args.no_check, quiet)
+    shared = (args.model, args.mjcf, args.seed, args.without, args.wrench_pose, not args.no_check, quiet)
     calls = [(path, output_folder(path, args), command_line(path, args), *shared) for path in args.recording]
     refused = []
     for answer in in_order(where, diagnose_one, calls):
@@ -101,6 +114,7 @@ def diagnose_one(
     folder: Path,
     line: str,
     model: Path | None,
+    mjcf: Path | None,
     seed: int,
     without: list[str],
     wrench_pose: Literal["own_time", "latest"],
@@ -121,6 +135,7 @@ def diagnose_one(
             diagnosis = trundle.diagnose(
                 recording,
                 model,
+                mjcf=mjcf,
                 seed=seed,
                 without=without,
                 wrench_pose=wrench_pose,
@@ -131,12 +146,16 @@ def diagnose_one(
         written = diagnosis.write(folder)
     except trundle.TrundleError as error:
         return str(error)
+    if isinstance(diagnosis, trundle.JointDiagnosis):
+        return diagnosis.answer["warnings"], "\n".join(format_joint_answer(diagnosis.answer, written))
     return diagnosis.series["doubts"], "\n".join(format_answer(diagnosis.answer, written))
 
 
 def output_folder(recording: Path, args: argparse.Namespace) -> Path:
     """Return the output folder of a recording."""
     name = recording.resolve().name
+    if recording.suffix == ".csv":
+        name = recording.stem
     if args.out is None:
         return Path("diagnosis") / name
     return Path(args.out) if len(args.recording) == 1 else Path(args.out) / name
@@ -147,6 +166,8 @@ def command_line(recording: Path, args: argparse.Namespace) -> str:
     words = ["trundle", "diagnose", str(recording)]
     if args.model is not None:
         words += ["--model", str(args.model)]
+    if args.mjcf is not None:
+        words += ["--mjcf", str(args.mjcf)]
     for effect in args.without:
         words += ["--without", effect]
     if args.wrench_pose != "own_time":
@@ -172,6 +193,28 @@ def format_answer(answer: Mapping[str, Any], folder: Path) -> list[str]:
     return [*found, f"  report: {folder / 'report.html'}"]
 
 
+def format_joint_answer(answer: Mapping[str, Any], folder: Path) -> list[str]:
+    """Format a diagnosis of joints for the terminal."""
+    found = [f"{answer['recording']}: {answer['verdict']}"]
+    for effect in answer["missing"]:
+        name = ":".join([effect["effect"], *(effect["where"] or {}).values()])
+        found.append(f"  {name} (probability {effect['probability']:.2f}): {effect['statement']}")
+    for effect in answer["immaterial"]:
+        name = ":".join([effect["effect"], *(effect["where"] or {}).values()])
+        found.append(f"  detectable but immaterial, not corrected: {name}")
+    found += [f"  indistinguishable: {', '.join(names)}" for names in answer["tied"]]
+    pair = answer["fit"]["held_out"]
+    metrics = [format_metric(pair, key, text) for key, text in JOINT_METRICS.items()] if pair else []
+    found += [f"  held out, {text}" for text in metrics if text]
+    return [*found, f"  report: {folder / 'report.html'}"]
+
+
+JOINT_METRICS = {
+    "relative_position_rmse": "position, open loop: {before:.4f} -> {after:.4f} of the range",
+    "relative_window_rmse": "position, one second ahead: {before:.5f} -> {after:.5f} of the range",
+    "relative_effort_rmse": "required minus recorded effort: {before:.4f} -> {after:.4f} of the range",
+}
+"""Metrics of mechanisms on held-out data: key of diagnosis.json, format."""
 METRICS = {
     "position_rmse": "position, open loop: {before:.4f} -> {after:.4f} m",
     "window_position_rmse": "position, one second ahead: {before:.5f} -> {after:.5f} m",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import textwrap
+from collections.abc import Mapping
 from typing import Any
 
 HELP = "List the effects that a model can contain, with their parameters."
@@ -22,12 +23,23 @@ def run(args: argparse.Namespace) -> int:
     """Print the catalogue."""
     import trundle
 
-    catalogue = trundle.effects()
+    catalogue, joints = trundle.effects(), trundle.joint_effects()
     if args.json:
-        print(json.dumps(catalogue, indent=2, ensure_ascii=False))
+        print(json.dumps([*catalogue, *joints], indent=2, ensure_ascii=False))
     else:
-        print("\n\n".join(map(format_effect, catalogue)))
+        print("\n\n".join([*map(format_effect, catalogue), JOINTS, *map(format_joint_effect, joints)]))
     return 0
+
+
+JOINTS = "Effects of mechanisms (recordings of joints); units are those of a hinge."
+"""Heading of the second part of the catalogue."""
+
+
+def format_joint_effect(effect: Mapping[str, Any]) -> str:
+    """Format an effect of a mechanism as a paragraph and a list of its parameters."""
+    parameters = ", ".join(f"{one['name']} ({one['unit'] or '1'})" for one in effect["parameters"])
+    texts = (effect["summary"], f"Source: {effect['source']}", f"Parameters: {parameters}")
+    return "\n".join([effect["effect"], *(line for text in texts for line in wrap(text))])
 
 
 def format_effect(effect: dict[str, Any]) -> str:

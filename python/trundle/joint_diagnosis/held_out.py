@@ -1,0 +1,212 @@
+"""Open-loop simulation of the held-out episodes of a mechanism with a model, and the errors of positions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle._native import JointRecording, _JointOutcome
+from trundle._types import JointAnswer, JointMotion
+from trundle.joint_diagnosis.drives import FittedDrive, FittedLaws
+from trundle.joint_diagnosis.fitted import fitted_mechanism
+from trundle.joint_diagnosis.mechanisms import EpisodeMechanisms
+from trundle.joint_diagnosis.signals import JointSignals, read_signals, setting
+
+__all__ = ["Path", "axis_paths", "fill_position_figures", "largest_commands", "mechanism_paths"]
+
+Floats = NDArray[np.float64]
+Side = Literal["before", "after"]
+
+WINDOW_S = 1.0
+"""Length of a prediction window, s."""
+MAX_WINDOW_SHARE = 0.1
+"""Longest window as a share of the episode."""
+STEP_S = 0.002
+"""Longest step of the simulation, s."""
+MIN_RANGE_SDS = 10.0
+"""Range of a joint's positions, noise standard deviations, below which its relative errors make no sense."""
+CUBIC = 3
+"""Degree of the polynomial through earlier samples that gives the state at the start of a window."""
+COMPLIANT = ("joint_backlash", "joint_elasticity")
+"""Effects with a drive that moves on its own, which the simulation at the joints does not have."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Positions in a held-out episode, as recorded and as simulated in open loop.
+
+    Attributes
+    ----------
+    t : (T,) array
+        Times from the first compared state, s.
+    observed : (T, n) array
+    before, after : (T, n) array or None
+        None where a law cannot be simulated; NaN after a divergence.
+    window_errors : dict
+        By "before" and "after": errors within windows, (M, n), or None.
+    """
+
+    t: Floats
+    observed: Floats
+    before: Floats | None
+    after: Floats | None
+    window_errors: Mapping[str, Floats | None]
+
+
+def axis_paths(predictions: Mapping[str, Mapping[str, Any]]) -> dict[str, Path]:
+    """Return the simulations of an axis without a model, whose figures the native module computes."""
+    return {
+        name: Path(
+            own["t"],
+            own["observed"][:, None],
+            *(None if own[side] is None else own[side][:, None] for side in ("before", "after")),
+            window_errors={},
+        )
+        for name, own in predictions.items()
+    }
+
+
+def mechanism_paths(
+    recording: JointRecording,
+    motion: JointMotion,
+    mechanisms: EpisodeMechanisms,
+    outcome: _JointOutcome,
+) -> dict[str, Path]:
+    """Simulate every held-out episode before and after, whole and in windows."""
+    held_out = [name for name, episode in recording.items() if episode.held_out]
+    largest = largest_commands(recording, motion) if held_out else np.empty(0)
+    found = {}
+    for name in held_out:
+        own = motion["episodes"][name]
+        if len(own["t"]) < 4:
+            continue
+        signals = [read_signals(recording, name, joint, own["t"]) for joint in motion["joints"]]
+        first = _first_compared(own["a"])
+        observed = np.stack([one.raw for one in signals], axis=1)[first:]
+        whole: dict[str, Floats | None] = {}
+        windows: dict[str, Floats | None] = {}
+        for side, model in zip(("before", "after"), outcome.models, strict=True):
+            run = _Run(mechanisms, name, motion, model, signals, largest)
+            if not run.can_simulate:
+                whole[side] = windows[side] = None
+                continue
+            laws = FittedLaws(outcome, side, own["t"], signals) if model["effects"] else None  # type: ignore[arg-type]
+            whole[side] = run.simulate(slice(first, None), own["q"][first], own["v"][first], laws)
+            windows[side] = np.concatenate([np.empty((0, len(signals))), *run.window_errors(first, laws)])
+        found[name] = Path(own["t"][first:], observed, whole["before"], whole["after"], windows)
+    return found
+
+
+class _Run:
+    """Simulations of one episode with one model."""
+
+    def __init__(
+        self,
+        mechanisms: EpisodeMechanisms,
+        name: str,
+        motion: JointMotion,
+        model: Mapping[str, Any],
+        signals: list[JointSignals],
+        largest: Floats,
+    ) -> None:
+        joints = motion["joints"]
+        self.t = motion["episodes"][name]["t"]
+        self.raw = np.stack([one.raw for one in signals], axis=1)
+        self.can_simulate = not any(one["kind"] in COMPLIANT for one in model["effects"])
+        self.mechanism = fitted_mechanism(mechanisms.by_episode[name], model)
+        self.drive = FittedDrive(self.t, signals, joints, model, largest)
+        known = np.stack([one.known for one in signals], axis=1)
+        self.known = known if known.any() else None
+        self.offset = np.zeros(len(joints))
+        for one in model["effects"]:
+            if one["kind"] == "encoder_offset":
+                self.offset[joints.index(one["joint"])] = one["values"]["offset"]
+
+    def simulate(self, rows: slice, q: Floats, v: Floats, laws: FittedLaws | None) -> Floats:
+        """Return measured positions, (T, n), from a measured state."""
+        from trundle.mechanism import EffortDrive, simulate
+
+        known = None if self.known is None else EffortDrive(self.t, self.known)
+        found, _ = simulate(
+            self.mechanism, self.t[rows], q - self.offset, v, self.drive, laws, known=known, step=STEP_S
+        )
+        return found + self.offset
+
+    def window_errors(self, first: int, laws: FittedLaws | None) -> Iterator[Floats]:
+        """Yield the errors of windows that begin with a state from earlier samples only."""
+        duration, dt = self.t[-1] - self.t[0], self.t[1] - self.t[0]
+        size = max(int(min(WINDOW_S, MAX_WINDOW_SHARE * duration) / dt), 2)
+        for start in range(first, len(self.t) - size, size):
+            reach = slice(max(0, start - max(first // 2, CUBIC + 1)), start + 1)
+            if reach.stop - reach.start <= CUBIC:
+                continue
+            state = np.polynomial.polynomial.polyfit(self.t[reach] - self.t[start], self.raw[reach], CUBIC)
+            rows = slice(start, start + size)
+            yield self.simulate(rows, state[0], state[1], laws) - self.raw[rows]
+
+
+def fill_position_figures(answer: JointAnswer, recording: JointRecording, paths: Mapping[str, Path]) -> None:
+    """Fill the errors of positions in held-out episodes, in place."""
+    pair = answer["fit"]["held_out"]
+    if not pair or not paths:
+        return
+    joints = recording.joints
+    spans = _spans(recording)
+    for side in ("before", "after"):
+        whole = [getattr(path, side) for path in paths.values()]
+        windows = [path.window_errors[side] for path in paths.values()]
+        errors = {
+            "position_rmse": None
+            if any(q is None for q in whole)
+            else np.concatenate([q - path.observed for q, path in zip(whole, paths.values(), strict=True)]),
+            "window_position_rmse": None if any(one is None for one in windows) else np.concatenate(windows),
+        }
+        for key, pooled in (
+            ("position_rmse", "relative_position_rmse"),
+            ("window_position_rmse", "relative_window_rmse"),
+        ):
+            error = errors[key]
+            if error is None or not len(error):
+                continue
+            rms = np.sqrt(np.mean(error**2, axis=0))
+            for joint, value in zip(joints, rms, strict=True):
+                pair[side]["joints"][joint][key] = float(value) if np.isfinite(value) else None
+            relative = (rms / spans)[np.isfinite(spans)]
+            if len(relative) and np.isfinite(relative).all():
+                pair[side][pooled] = float(np.sqrt(np.mean(relative**2)))
+
+
+def _spans(recording: JointRecording) -> Floats:
+    """Return the range of each joint's training positions; infinite if it is within the noise."""
+    found = []
+    for joint in recording.joints:
+        values = [one.stream("q", joint)[1] for one in recording.values() if not one.held_out]
+        span = np.ptp(np.concatenate(values)) if values else np.inf
+        sd = setting(recording.metadata, "", "noise", "position", joint, 0.0)
+        found.append(span if span > MIN_RANGE_SDS * sd and span > 0 else np.inf)
+    return np.array(found)
+
+
+def largest_commands(recording: JointRecording, motion: JointMotion) -> Floats:
+    """Return the largest recorded effort, or error of the target, of the training episodes, (n,)."""
+    found = []
+    for joint in motion["joints"]:
+        largest = 0.0
+        for name, episode in recording.items():
+            if episode.held_out:
+                continue
+            one = read_signals(recording, name, joint, motion["episodes"][name]["t"])
+            error = one.command - (one.raw if one.drive == "target" else 0.0)
+            largest = max(largest, float(np.abs(error).max(initial=0.0)))
+        found.append(largest)
+    return np.array(found)
+
+
+def _first_compared(a: Floats) -> int:
+    """Return the first sample whose acceleration is known: earlier ones are zero."""
+    known = np.flatnonzero(a.any(axis=1))
+    return int(known[0]) if len(known) else 0

@@ -1,0 +1,196 @@
+"""The mechanisms of a recording's episodes, and their dynamics along the recorded motion."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle._native import JointRecording, TrundleError
+from trundle._optional import require
+from trundle._types import JointMotion
+
+if TYPE_CHECKING:
+    from trundle.mechanism import Mechanism, Regressors
+
+__all__ = ["EpisodeMechanisms", "dynamics_of", "load_mechanisms"]
+
+MAX_CONTACT_SHARE = 0.5
+"""Share of the effort of a joint from which contacts between bodies of the model are not believed."""
+MIN_TOUCHING_SHARE = 0.9
+"""Share of the samples in which two bodies touch, from which they overlap in the model."""
+
+HINGE = 3
+"""MuJoCo's type of a hinge, mjtJoint.mjJNT_HINGE."""
+
+PathLike = str | os.PathLike[str]
+
+
+class EpisodeMechanisms:
+    """The mechanism of each episode.
+
+    Attributes
+    ----------
+    by_episode : dict of str to Mechanism
+    warnings : list of str
+        Doubts about the model.
+    """
+
+    def __init__(self, by_episode: Mapping[str, Mechanism], warnings: list[str]) -> None:
+        self.by_episode = dict(by_episode)
+        self.warnings = warnings
+
+    @property
+    def first(self) -> Mechanism:
+        """The mechanism of the first episode, whose nominal values all share."""
+        return next(iter(self.by_episode.values()))
+
+    @property
+    def joint_kinds(self) -> list[str]:
+        """The kind of each recorded joint: "hinge" or "slide"."""
+        first = self.first
+        return ["hinge" if first.compiled.jnt_type[k] == HINGE else "slide" for k in first.coordinates.index]
+
+
+def load_mechanisms(
+    recording: JointRecording, motion: JointMotion, mjcf: PathLike | None = None
+) -> EpisodeMechanisms:
+    """Load the model of every episode, with its payload.
+
+    If contacts between overlapping bodies of the model dominate the effort, the mechanisms have no contacts.
+
+    Parameters
+    ----------
+    recording : JointRecording
+    motion : dict
+        From the native module.
+    mjcf : path, optional
+        Replaces the model of the recording.
+
+    Raises
+    ------
+    TrundleError
+        If MuJoCo is missing, a model cannot be loaded or does not have the recorded joints.
+    """
+    require("mujoco", "mujoco", "mechanisms with a model")
+    from trundle.mechanism import touching_bodies
+
+    with model_folder(recording) as folder:
+        found = _load(recording, folder, mjcf, contacts=True)
+        for name, mechanism in found.items():
+            own = motion["episodes"][name]
+            rows = slice(None, None, max(1, len(own["q"]) // 200))
+            q, v, a = (own[key][rows] for key in ("q", "v", "a"))  # type: ignore[literal-required]
+            regressors = mechanism.regressors(q, v, a, derivatives=False)
+            pairs = [
+                pair
+                for pair, share in touching_bodies(mechanism, q).items()
+                if share > MIN_TOUCHING_SHARE
+            ]
+            if pairs and _contacts_dominate(regressors):
+                return EpisodeMechanisms(
+                    _load(recording, folder, mjcf, contacts=False), [_warning(pairs)]
+                )
+    return EpisodeMechanisms(found, [])
+
+
+def _load(
+    recording: JointRecording, folder: Path, mjcf: PathLike | None, *, contacts: bool
+) -> dict[str, Mechanism]:
+    from trundle.mechanism import Mechanism, Payload
+
+    metadata = recording.metadata
+    tables = metadata.get("episode", {})
+    loaded: dict[str, Mechanism] = {}
+    found = {}
+    for name in recording.keys():  # noqa: SIM118  (not a mapping)
+        table = tables.get(name, {})
+        payload = table.get("payload")
+        model = table.get("model")
+        source = folder / model if model else Path(mjcf) if mjcf else folder / metadata["mechanism"]["model"]
+        key = f"{source} {payload}"
+        if key not in loaded:
+            carried = None if payload is None else Payload(**{**payload, "com": tuple(payload.get("com", (0.0, 0.0, 0.0)))})
+            loaded[key] = Mechanism.load(source, recording.joints, payload=carried, contacts=contacts)
+            if loaded[key].bodies != next(iter(loaded.values())).bodies:
+                raise TrundleError(
+                    f"{recording.name}: episode {name}: the model has other moving bodies than that of the "
+                    "first episode; use models that differ in their values only"
+                )
+        found[name] = loaded[key]
+    return found
+
+
+@contextmanager
+def model_folder(recording: JointRecording) -> Iterator[Path]:
+    """Yield a temporary folder with the files of a recording."""
+    with TemporaryDirectory() as temporary:
+        for name, content in recording.files.items():
+            target = Path(temporary) / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
+        yield Path(temporary)
+
+
+def _contacts_dominate(found: Regressors) -> bool:
+    """Whether limits and contacts are most of the effort of a joint."""
+    constraint, effort = (np.sqrt(np.mean(each**2, axis=0)) for each in (found.constraint, found.effort))
+    return bool(np.any(constraint > MAX_CONTACT_SHARE * np.maximum(effort, 1e-12)))
+
+
+def _warning(pairs: list[tuple[str, str]]) -> str:
+    listed = ", ".join(f"{first} and {second}" for first, second in pairs)
+    return (
+        f"the model's bodies {listed} overlap, and their contacts would dominate the effort: contacts between "
+        "bodies are ignored; exclude the pairs in the model if the real links do not touch"
+    )
+
+
+def dynamics_of(mechanisms: EpisodeMechanisms, motion: JointMotion) -> dict[str, Any]:
+    """Return what the native module needs of a mechanism along the recorded motion.
+
+    Parameters
+    ----------
+    mechanisms : EpisodeMechanisms
+    motion : dict
+        From the native module.
+
+    Returns
+    -------
+    dict
+        Nominal values, and by episode the effort without armature, damping and friction, (T, n), with its
+        derivatives: see `trundle.mechanism.Regressors`.
+    """
+    first = mechanisms.first
+    return {
+        "bodies": list(first.bodies),
+        "masses": [first.masses[body] for body in first.bodies],
+        "armature": first.armature.tolist(),
+        "damping": first.damping.tolist(),
+        "frictionloss": first.frictionloss.tolist(),
+        "gravity": [float(value) for value in first.compiled.opt.gravity],
+        "is_hinge": [kind == "hinge" for kind in mechanisms.joint_kinds],
+        "episodes": {
+            name: _episode(mechanisms.by_episode[name], own) for name, own in motion["episodes"].items()
+        },
+    }
+
+
+def _episode(mechanism: Mechanism, own: Any) -> dict[str, NDArray[np.float64]]:
+    found = mechanism.regressors(own["q"], own["v"], own["a"])
+    armature, damping = mechanism.armature, mechanism.damping
+    arrays = {
+        "effort": found.effort - found.friction - armature * own["a"] - damping * own["v"],
+        "own_inertia": np.einsum("tii->ti", found.mass_matrix) - armature,
+        "mass": np.stack([found.mass[body] for body in mechanism.bodies], 2),
+        "gravity": found.gravity,
+        "payload": np.stack([found.payload[body] for body in mechanism.bodies], 2),
+        "position": found.position,
+    }
+    return {name: np.ascontiguousarray(values, dtype=float) for name, values in arrays.items()}
