@@ -23,9 +23,6 @@ import sys, time
 from trundle.cli.exits import run_guarded
 from trundle.experiments.backends import backend
 
-TESTED = [pytest.param(name, marks=[pytest.mark.slow] * (name == "ray")) for name in BACKENDS]
-
-
 def work() -> int:
     for number, _ in backend(sys.argv[1], 2).map(time.sleep, [(0.0,), (60.0,), (60.0,), (60.0,)]):
         print(number, flush=True)
