@@ -2,7 +2,8 @@
 
     python examples/real_joints.py DATA
 
-DATA contains `xl330/`, `so101/`, `pendulum/`, `pneumatic-seal/` and `emps/` (sources: docs/real-recordings.md).
+DATA contains `xl330/`, `so101/`, `pendulum/`, `pneumatic-seal/` and `emps/`; docs/real-recordings.md names the
+sources.
 """
 
 from __future__ import annotations
@@ -94,9 +95,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("data", metavar="DATA", type=Path, help="folder with the data sets")
     data = parser.parse_args().data
-    print(
-        "| recording | known | answer | held out: before -> after | time, s |\n| --- | --- | --- | --- | --- |"
-    )
+    print("| recording | known | answer | held out: before -> after | time, s |")
+    print("| --- | --- | --- | --- | --- |")
     for source in SOURCES:
         print(row(data, source), flush=True)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 from collections.abc import Callable, Iterator
@@ -98,6 +99,22 @@ def environment(kind: type) -> Any:
     return lambda: gymnasium.make(f"trundle/{kind.__name__}-v0").unwrapped
 
 
+@functools.cache
+def joint_diagnosis() -> trundle.JointDiagnosis:
+    t = np.arange(0.0, 10.0, 0.01)
+    q = np.sin(2.0 * t) + 0.5 * np.sin(3.1 * t)
+    v = 2.0 * np.cos(2.0 * t) + 1.55 * np.cos(3.1 * t)
+    a = -4.0 * np.sin(2.0 * t) - 4.805 * np.sin(3.1 * t)
+    effort = 0.1 * a + 0.05 * v + 0.2 * np.sign(v)
+    metadata = {
+        "format": "trundle-recording/2",
+        "name": "bench",
+        "mechanism": {"axis": "hinge", "joints": ["arm"]},
+    }
+    episodes = {"swing": {"t": t, "q_arm": q, "effort_arm": effort}}
+    return trundle.diagnose(trundle.JointRecording(metadata, episodes), check=False)
+
+
 def joint_recording() -> trundle.JointRecording:
     joints = [f"joint_{k}" + "x" * 60 for k in range(30)]
     metadata: Any = {
@@ -121,6 +138,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "Findings": lambda: trundle.Findings([trundle.Finding("a", "note", "x" * 300, "y" * 300)] * 99),
     "Fit": fit,
     "JointEpisode": lambda: joint_recording()["episode_00"],
+    "JointDiagnosis": joint_diagnosis,
     "JointRecording": joint_recording,
     "JointSummary": lambda: trundle.inspect(joint_recording()),
     "MapGuess": map_guess,
