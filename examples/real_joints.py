@@ -2,8 +2,8 @@
 
     python examples/real_joints.py DATA
 
-DATA contains `xl330/`, `so101/`, `pendulum/`, `pneumatic-seal/` and `emps/`; docs/real-recordings.md names the
-sources.
+DATA contains `xl330/`, `so101/`, `pendulum/`, `pneumatic-seal/` and `emps/`; docs/real-recordings.md
+names the sources.
 """
 
 from __future__ import annotations

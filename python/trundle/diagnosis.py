@@ -270,9 +270,7 @@ def fit(
 @overload
 def diagnose(recording: JointRecording, model: None = None, **settings: Any) -> JointDiagnosis: ...
 @overload
-def diagnose(
-    recording: Recording, model: Model | PathLike | None = None, **settings: Any
-) -> Diagnosis: ...
+def diagnose(recording: Recording, model: Model | PathLike | None = None, **settings: Any) -> Diagnosis: ...
 @overload
 def diagnose(
     recording: PathLike, model: Model | PathLike | None = None, **settings: Any

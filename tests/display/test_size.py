@@ -99,6 +99,20 @@ def environment(kind: type) -> Any:
     return lambda: gymnasium.make(f"trundle/{kind.__name__}-v0").unwrapped
 
 
+def mechanism() -> trundle.mechanism.Mechanism:
+    text = """<mujoco><worldbody><body name="arm"><joint name="elbow" axis="0 1 0"/>
+        <inertial pos="1 0 0" mass="2" diaginertia="1e-6 1e-6 1e-6"/></body></worldbody></mujoco>"""
+    return trundle.mechanism.Mechanism.load(text, ["elbow"])
+
+
+def mechanism_model() -> trundle.mechanism.MechanismModel:
+    return trundle.mechanism.MechanismModel.from_toml(
+        'format = "trundle-model/2"\n[mechanism]\naxis = "hinge"\njoints = ["arm"]\n'
+        '[nominal]\n"damping:arm" = 0.1\n'
+        '[[effect]]\nkind = "joint_dry_friction"\njoint = "arm"\neffort = 1.2\n'
+    )
+
+
 @functools.cache
 def joint_diagnosis() -> trundle.JointDiagnosis:
     t = np.arange(0.0, 10.0, 0.01)
@@ -139,6 +153,15 @@ MAKE: dict[str, Callable[[], Any]] = {
     "Fit": fit,
     "JointEpisode": lambda: joint_recording()["episode_00"],
     "JointDiagnosis": joint_diagnosis,
+    "Mechanism": mechanism,
+    "Regressors": lambda: mechanism().regressors(*np.zeros((3, 50, 1))),
+    "EffortDrive": lambda: trundle.mechanism.EffortDrive(np.arange(500.0), np.zeros((500, 1))),
+    "PositionDrive": lambda: trundle.mechanism.PositionDrive([0.0], [[1.0]], [30.0], [2.0]),
+    "SwitchedDrive": lambda: trundle.mechanism.SwitchedDrive(MAKE["EffortDrive"](), [0.0], [[1.0]]),
+    "Payload": lambda: trundle.mechanism.Payload("arm", 0.5, (0.0, 0.0, 0.1)),
+    "JointEffect": lambda: mechanism_model().effect[0],
+    "MechanismModel": lambda: mechanism_model(),
+    "MechanismTable": lambda: mechanism_model().mechanism,
     "JointRecording": joint_recording,
     "JointSummary": lambda: trundle.inspect(joint_recording()),
     "MapGuess": map_guess,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trundle._native import TrundleError
+from trundle.display.card import Card, Displayed
 
 __all__ = ["Drive", "EffortDrive", "PositionDrive", "SwitchedDrive"]
 
@@ -25,7 +26,7 @@ class Drive(Protocol):
         ...
 
 
-class EffortDrive:
+class EffortDrive(Displayed):
     """Efforts given over time.
 
     Parameters
@@ -49,13 +50,16 @@ class EffortDrive:
     def __init__(self, times: ArrayLike, efforts: ArrayLike, *, hold: bool = False) -> None:
         self.series = Series(times, efforts, hold)
 
+    def _card(self) -> Card:
+        return Card("trundle.mechanism.EffortDrive", [self.series.fact()])
+
     def __call__(self, t: float, q: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Return the effort at a time, without damping."""
         effort = self.series(t)
         return effort, np.zeros_like(effort)
 
 
-class PositionDrive:
+class PositionDrive(Displayed):
     """A controller of position: effort = stiffness·(target - q) - damping·v, limited.
 
     Parameters
@@ -92,6 +96,10 @@ class PositionDrive:
         self.stiffness, self.damping = np.asarray(stiffness, float), np.asarray(damping, float)
         self.limit = np.asarray(limit, float)
 
+    def _card(self) -> Card:
+        gains = [("stiffness", str(self.stiffness.tolist())), ("damping", str(self.damping.tolist()))]
+        return Card("trundle.mechanism.PositionDrive", [self.series.fact(), *gains])
+
     def __call__(self, t: float, q: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Return effort and damping, which is zero where the drive is saturated."""
         effort = self.stiffness * (self.series(t) - q)
@@ -101,7 +109,7 @@ class PositionDrive:
         return np.where(free, effort, limited), np.where(free, self.damping, 0.0)
 
 
-class SwitchedDrive:
+class SwitchedDrive(Displayed):
     """A drive that is switched on and off; off, it exerts nothing.
 
     Parameters
@@ -124,6 +132,11 @@ class SwitchedDrive:
 
     def __init__(self, drive: Drive, times: ArrayLike, on: ArrayLike) -> None:
         self.drive, self.series = drive, Series(times, on, hold=True)
+
+    def _card(self) -> Card:
+        return Card(
+            "trundle.mechanism.SwitchedDrive", [("drive", type(self.drive).__name__), self.series.fact()]
+        )
 
     def __call__(self, t: float, q: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Return effort and damping of the drive where it is on."""
@@ -162,6 +175,11 @@ class Series:
         share = float((t - self.times[row]) / (self.times[row + 1] - self.times[row]))
         mixed: Floats = self.values[row] * (1 - share) + self.values[row + 1] * share
         return mixed
+
+    def fact(self) -> tuple[str, str]:
+        """Return the number of times and columns, for a card."""
+        count, joints = self.values.shape
+        return "values", f"{count} times, {joints} joints, {self.times[0]:g} to {self.times[-1]:g} s"
 
     def _row(self, row: int) -> Floats:
         values: Floats = self.values[row]

@@ -14,6 +14,7 @@ import tomli_w
 
 from trundle._native import TrundleError
 from trundle.atomic import write_text
+from trundle.display.fields import DisplayedFields
 from trundle.rules import Rule
 from trundle.settings import SettingsError, typed
 
@@ -28,8 +29,8 @@ FORMAT = "trundle-model/2"
 Finite = Annotated[float, Rule(math.isfinite, "a finite number")]
 
 
-@dataclass(frozen=True)
-class MechanismTable:
+@dataclass(frozen=True, repr=False)
+class MechanismTable(DisplayedFields):
     """The table `[mechanism]`, as in a recording: an MJCF or URDF model, or one axis.
 
     Attributes
@@ -68,8 +69,8 @@ class MechanismTable:
             raise SettingsError("give either `model`, an MJCF or URDF file, or `axis`")
 
 
-@dataclass(frozen=True)
-class JointEffect:
+@dataclass(frozen=True, repr=False)
+class JointEffect(DisplayedFields):
     """A missing effect.
 
     Attributes
@@ -100,8 +101,8 @@ class JointEffect:
         return f"{self.kind}:{where}" if where else self.kind
 
 
-@dataclass(frozen=True)
-class Posterior:
+@dataclass(frozen=True, repr=False)
+class Posterior(DisplayedFields):
     """Normal approximation of the posterior of the fitted parameters.
 
     Attributes
@@ -134,8 +135,8 @@ class Posterior:
         return {name: math.sqrt(self.covariance[k][k]) for k, name in enumerate(self.names)}
 
 
-@dataclass(frozen=True)
-class MechanismModel:
+@dataclass(frozen=True, repr=False)
+class MechanismModel(DisplayedFields):
     """A model file.
 
     Attributes

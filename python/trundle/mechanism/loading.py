@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from trundle._native import TrundleError
+from trundle.display.fields import DisplayedFields
 from trundle.mechanism import locking
 from trundle.mechanism.coupling import Coordinates
 from trundle.mechanism.evaluation import switch_off
@@ -20,8 +21,8 @@ PAYLOAD = "trundle_payload"
 """Name of the body that represents a known payload."""
 
 
-@dataclass(frozen=True)
-class Payload:
+@dataclass(frozen=True, repr=False)
+class Payload(DisplayedFields):
     """A known mass that an episode carries.
 
     Attributes

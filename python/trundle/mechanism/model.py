@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trundle._native import TrundleError
+from trundle.display.card import Card, Displayed
 from trundle.mechanism.coupling import Coordinates
 from trundle.mechanism.evaluation import inverse_dynamics
 from trundle.mechanism.loading import PAYLOAD, Payload, load_model
@@ -24,7 +25,7 @@ __all__ = ["Mechanism"]
 Floats = NDArray[np.float64]
 
 
-class Mechanism:
+class Mechanism(Displayed):
     """A model with hinge and slide joints, evaluated by MuJoCo.
 
     Create one with `load`. Joints that are not recorded are locked at the model's reference `qpos0`, except
@@ -68,6 +69,12 @@ class Mechanism:
         self.missing_files = tuple(missing_files)
         self.data = import_mujoco().MjData(compiled)
         self.groups = rigid_groups(compiled, PAYLOAD)
+
+    def _card(self) -> Card:
+        facts = [("joints", ", ".join(self.joints)), ("bodies", ", ".join(self.bodies))]
+        if self.followers:
+            facts.append(("followers", ", ".join(self.followers)))
+        return Card("trundle.mechanism.Mechanism", facts)
 
     @classmethod
     def load(

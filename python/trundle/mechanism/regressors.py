@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.display.fields import DisplayedFields
 from trundle.mechanism.evaluation import evaluate, inverse_by_velocity
 from trundle.mechanism.inertial import body_columns, gravity_columns
 
@@ -27,8 +28,8 @@ VELOCITY_STEP = 1e-4
 """Step of central differences by velocity, which are exact for forces that are quadratic in it."""
 
 
-@dataclass(frozen=True)
-class Regressors:
+@dataclass(frozen=True, repr=False)
+class Regressors(DisplayedFields):
     """Effort and derivatives at T samples of n recorded joints.
 
     Attributes
