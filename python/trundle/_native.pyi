@@ -9,15 +9,15 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from trundle._types import (
-    JointAnswer,
-    JointEffectEntry,
-    JointFittedModel,
-    JointMotion,
     Answer,
     CalibrationRound,
     CalibrationTable,
     Estimate,
     FitSummary,
+    JointAnswer,
+    JointEffectEntry,
+    JointFittedModel,
+    JointMotion,
     Profile,
     SampleSummary,
     Score,

@@ -27,8 +27,8 @@ def check(recording: Recording | JointRecording | PathLike) -> Findings:
     Returns
     -------
     Findings
-        A sequence of `Finding`, most severe first: units, signs, axes, clocks, tare and excitation. For joints
-        also the order of columns, wrapped angles, quantisation, saturation, encoders.
+        A sequence of `Finding`, most severe first: units, signs, axes, clocks, tare and excitation. For
+        joints also the order of columns, wrapped angles, quantisation, saturation, encoders.
 
     Raises
     ------
