@@ -268,12 +268,49 @@ def fit(
 
 
 @overload
-def diagnose(recording: JointRecording, model: None = None, **settings: Any) -> JointDiagnosis: ...
-@overload
-def diagnose(recording: Recording, model: Model | PathLike | None = None, **settings: Any) -> Diagnosis: ...
+def diagnose(
+    recording: JointRecording,
+    model: Model | PathLike | None = ...,
+    *,
+    mjcf: PathLike | None = ...,
+    step: Step | None = ...,
+    parameters: Parameters | None = ...,
+    seed: int = ...,
+    without: Sequence[str] = ...,
+    wrench_pose: Literal["own_time", "latest"] = ...,
+    check: bool = ...,
+    progress: ProgressOption = ...,
+    command: str | None = ...,
+) -> JointDiagnosis: ...
 @overload
 def diagnose(
-    recording: PathLike, model: Model | PathLike | None = None, **settings: Any
+    recording: Recording,
+    model: Model | PathLike | None = ...,
+    *,
+    mjcf: PathLike | None = ...,
+    step: Step | None = ...,
+    parameters: Parameters | None = ...,
+    seed: int = ...,
+    without: Sequence[str] = ...,
+    wrench_pose: Literal["own_time", "latest"] = ...,
+    check: bool = ...,
+    progress: ProgressOption = ...,
+    command: str | None = ...,
+) -> Diagnosis: ...
+@overload
+def diagnose(
+    recording: PathLike,
+    model: Model | PathLike | None = ...,
+    *,
+    mjcf: PathLike | None = ...,
+    step: Step | None = ...,
+    parameters: Parameters | None = ...,
+    seed: int = ...,
+    without: Sequence[str] = ...,
+    wrench_pose: Literal["own_time", "latest"] = ...,
+    check: bool = ...,
+    progress: ProgressOption = ...,
+    command: str | None = ...,
 ) -> Diagnosis | Any: ...
 def diagnose(
     recording: Recording | JointRecording | PathLike,

@@ -44,9 +44,15 @@ def require_usable(recording: Recording | JointRecording | PathLike) -> list[str
         If `trundle.check` finds an error; the message lists all errors with their remedies.
     """
     findings = check(recording)
-    if findings.errors:
-        raise TrundleError(f"{name_of(recording)}: " + "; ".join(map(str, findings.errors)))
+    errors = [*findings.errors, *filter(_is_in_degrees, findings.warnings)]
+    if errors:
+        raise TrundleError(f"{name_of(recording)}: " + "; ".join(map(str, errors)))
     return [str(finding) for finding in findings.warnings]
+
+
+def _is_in_degrees(finding: Finding) -> bool:
+    """Whether a finding is that angles of joints are in degrees, which no model can fit."""
+    return finding.kind == "units" and "degrees" in finding.sentence
 
 
 def held_out_findings(recording: Recording | JointRecording | PathLike) -> Findings:

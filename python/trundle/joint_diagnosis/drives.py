@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from trundle._native import _JointOutcome
 from trundle.joint_diagnosis.signals import JointSignals
 
-__all__ = ["FittedDrive", "FittedLaws", "delayed", "lagged"]
+__all__ = ["FittedDrive", "FittedLaws"]
 
 Floats = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ class FittedDrive:
             return command * on, self.back_emf * on
         effort = np.where(self.has_target, self.stiffness * (command - q), command)
         damping = self.damping.copy()
-        for j in np.flatnonzero(self.has_target):
+        for j in np.flatnonzero(self.has_target).tolist():
             wanted = effort[j] - damping[j] * v[j]
             acting = float(np.clip(self._act(j, np.array(wanted)), -self.limit[j], self.limit[j]))
             if acting == wanted:
@@ -139,9 +139,7 @@ class FittedLaws:
         return np.array(effort), np.array(dry), self.zero
 
 
-def _value(
-    given: float | str, nominal: Mapping[str, float], key: str, joint: str, default: float
-) -> float:
+def _value(given: float | str, nominal: Mapping[str, float], key: str, joint: str, default: float) -> float:
     """Return a given number, or the fitted value of one that is free."""
     return nominal.get(f"{key}:{joint}", default) if given == "free" else float(given)
 
@@ -157,8 +155,8 @@ def _corrected(reading: Floats, effects: Mapping[str, Mapping[str, float]]) -> F
 
 def late_command(command: Floats, effects: Mapping[str, Mapping[str, float]], dt: float) -> Floats:
     """Return a command after the delays and lags of the drive and of its reading."""
-    delay = effects.get("drive_delay", {}).get("delay", 0.0) - effects.get("effort_delay", {}).get("delay", 0.0)
-    command = delayed(command, delay, dt)
+    drive, reading = (effects.get(kind, {}).get("delay", 0.0) for kind in ("drive_delay", "effort_delay"))
+    command = delayed(command, drive - reading, dt)
     for kind, sign in (("drive_lag", 1.0), ("effort_lag", -1.0)):
         if kind in effects:
             command = lagged(command, sign * effects[kind]["time_constant"], dt)

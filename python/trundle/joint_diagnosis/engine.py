@@ -14,8 +14,8 @@ from trundle.joint_diagnosis.held_out import Path, axis_paths, fill_position_fig
 from trundle.joint_diagnosis.mechanisms import EpisodeMechanisms, dynamics_of, load_mechanisms
 from trundle.joint_diagnosis.model_file import build_model
 from trundle.joint_diagnosis.result import JointDiagnosis
-from trundle.report import inputs
 from trundle.progress import ProgressOption, report_progress
+from trundle.report import inputs
 
 __all__ = ["diagnose_joints"]
 

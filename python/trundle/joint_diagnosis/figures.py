@@ -23,6 +23,8 @@ MAX_DOTS = 500
 """Dots in a scatter plot."""
 BINS = 30
 """Points of the line of a fitted law."""
+OUTLIERS = (0.005, 0.995)
+"""Quantiles that the axis of a scatter plot contains with a margin."""
 LANE_HEIGHT = 120.0
 """Height of the scatter plots, user units."""
 
@@ -56,7 +58,9 @@ def chain_figure(joints: Sequence[str], marked: Collection[str], kinds: Sequence
         text = f"{joint}: here" if joint in marked else joint
         parts.append(label(text, left + 32.0, y + 5.0, "number small" if joint in marked else "tick"))
     listed = ", ".join(marked) if marked else "none"
-    rows = [[joint, kind, "yes" if joint in marked else "no"] for joint, kind in zip(joints, kinds, strict=True)]
+    rows = [
+        [joint, kind, "yes" if joint in marked else "no"] for joint, kind in zip(joints, kinds, strict=True)
+    ]
     description = f"The joints {', '.join(joints)} in order from the base. Marked: {listed}."
     return figure(
         "mechanism",
@@ -133,7 +137,10 @@ def _scatter(
         middle = np.array([np.median(x[place == k]) for k in bins])
         medians = np.array([np.median(values[place == k]) for k in bins])
         curves.append(Curve(style, middle, medians))
-    return Lane(title, tuple(curves), height=LANE_HEIGHT)
+    values = np.concatenate([values[np.isfinite(values)] for _, values in dots])
+    low, high = np.quantile(values, OUTLIERS) if len(values) else (-1.0, 1.0)
+    margin = 0.3 * (high - low) or 1.0
+    return Lane(title, tuple(curves), (float(low - margin), float(high + margin)), height=LANE_HEIGHT)
 
 
 def time_figure(
@@ -152,6 +159,9 @@ def time_figure(
         middle = (path.observed[:, k].min() + path.observed[:, k].max()) / 2
         limits = (float(middle - spread), float(middle + spread))
         lanes.append(Lane(f"position, {position}, open loop", tuple(curves), limits, height=90.0))
+        errors = [Curve(one.style, one.t, one.y - curves[0].y) for one in curves[1:]]
+        if errors:
+            lanes.append(Lane(f"error of the position, {position}", tuple(errors)))
     series = (("recorded", efforts.recorded), ("before", efforts.before), ("after", efforts.after))
     curves = [Curve(style, efforts.t, values) for style, values in series if np.isfinite(values).any()]
     lanes.append(Lane(f"effort, {effort}", tuple(curves), height=90.0))

@@ -15,6 +15,8 @@ __all__ = ["fitted_mechanism"]
 
 NOMINAL = ("armature", "damping", "mass")
 """Nominal values that a MuJoCo model has."""
+MIN_MASS_SHARE = 1e-3
+"""Smallest share of a mass that remains: MuJoCo cannot simulate bodies without inertia."""
 
 
 def fitted_mechanism(mechanism: Mechanism, model: Mapping[str, Any]) -> Mechanism:
@@ -29,6 +31,8 @@ def fitted_mechanism(mechanism: Mechanism, model: Mapping[str, Any]) -> Mechanis
     changes: dict[str, dict[str, float]] = {key: {} for key in NOMINAL}
     for name, value in model["nominal"].items():
         key, _, where = name.partition(":")
+        if key == "mass":
+            value = max(value, MIN_MASS_SHARE * mechanism.masses[where])
         if key in changes:
             changes[key][where] = value
     for one in model["effects"]:

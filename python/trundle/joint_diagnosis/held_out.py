@@ -60,14 +60,13 @@ class Path:
 def axis_paths(predictions: Mapping[str, Mapping[str, Any]]) -> dict[str, Path]:
     """Return the simulations of an axis without a model, whose figures the native module computes."""
     return {
-        name: Path(
-            own["t"],
-            own["observed"][:, None],
-            *(None if own[side] is None else own[side][:, None] for side in ("before", "after")),
-            window_errors={},
-        )
+        name: Path(own["t"], own["observed"][:, None], _column(own["before"]), _column(own["after"]), {})
         for name, own in predictions.items()
     }
+
+
+def _column(values: Floats | None) -> Floats | None:
+    return None if values is None else values[:, None]
 
 
 def mechanism_paths(
@@ -157,27 +156,25 @@ def fill_position_figures(answer: JointAnswer, recording: JointRecording, paths:
     joints = recording.joints
     spans = _spans(recording)
     for side in ("before", "after"):
-        whole = [getattr(path, side) for path in paths.values()]
+        whole = [_difference(getattr(path, side), path.observed) for path in paths.values()]
         windows = [path.window_errors[side] for path in paths.values()]
-        errors = {
-            "position_rmse": None
-            if any(q is None for q in whole)
-            else np.concatenate([q - path.observed for q, path in zip(whole, paths.values(), strict=True)]),
-            "window_position_rmse": None if any(one is None for one in windows) else np.concatenate(windows),
-        }
-        for key, pooled in (
-            ("position_rmse", "relative_position_rmse"),
-            ("window_position_rmse", "relative_window_rmse"),
+        for errors, key, pooled in (
+            (whole, "position_rmse", "relative_position_rmse"),
+            (windows, "window_position_rmse", "relative_window_rmse"),
         ):
-            error = errors[key]
-            if error is None or not len(error):
+            known = [one for one in errors if one is not None and len(one)]
+            if len(known) < len(errors):
                 continue
-            rms = np.sqrt(np.mean(error**2, axis=0))
+            rms = np.sqrt(np.mean(np.concatenate(known) ** 2, axis=0))
             for joint, value in zip(joints, rms, strict=True):
                 pair[side]["joints"][joint][key] = float(value) if np.isfinite(value) else None
             relative = (rms / spans)[np.isfinite(spans)]
             if len(relative) and np.isfinite(relative).all():
                 pair[side][pooled] = float(np.sqrt(np.mean(relative**2)))
+
+
+def _difference(simulated: Floats | None, observed: Floats) -> Floats | None:
+    return None if simulated is None else simulated - observed
 
 
 def _spans(recording: JointRecording) -> Floats:

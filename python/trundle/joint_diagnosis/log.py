@@ -23,7 +23,9 @@ HELD_OUT_SHARE = 0.25
 PathLike = str | os.PathLike[str]
 
 
-def open_joints(recording: Recording | JointRecording | PathLike, mjcf: PathLike | None) -> JointRecording | None:
+def open_joints(
+    recording: Recording | JointRecording | PathLike, mjcf: PathLike | None
+) -> JointRecording | None:
     """Return a recording of joints, or None for one of a pushed object.
 
     Parameters
@@ -40,8 +42,8 @@ def open_joints(recording: Recording | JointRecording | PathLike, mjcf: PathLike
     if path.suffix.lower() == ".csv":
         if mjcf is None:
             raise TrundleError(
-                f"{path}: is a table without a model; give the MJCF or URDF file with --mjcf FILE (`mjcf`), or "
-                "a folder with recording.toml"
+                f"{path}: is a table without a model; give the MJCF or URDF file with --mjcf FILE (`mjcf`), "
+                "or a folder with recording.toml"
             )
         return read_log(path, mjcf)
     found = read(path)
@@ -66,13 +68,15 @@ def read_log(path: PathLike, mjcf: PathLike) -> JointRecording:
     path, mjcf = Path(path), Path(mjcf)
     columns = _columns(path)
     if "t" not in columns:
-        raise TrundleError(f"{path}: no column `t` with the time in seconds; the columns are {', '.join(columns)}")
+        raise TrundleError(
+            f"{path}: no column `t` with the time in seconds; the columns are {', '.join(columns)}"
+        )
     joints = [name.removeprefix("q_") for name in columns if name.startswith("q_")]
     if not joints:
         listed = ", ".join(columns)
         raise TrundleError(
-            f"{path}: no column q_JOINT with a joint's position in rad or m; the columns are {listed}; rename "
-            "them, or convert the file with `trundle import`"
+            f"{path}: no column q_JOINT with a joint's position in rad or m; the columns are {listed}; "
+            "rename them, or convert the file with `trundle import`"
         )
     known = {"t", *(f"{prefix}_{joint}" for prefix in STREAMS for joint in joints)}
     unknown = [name for name in columns if name not in known and not name.startswith("note_")]
@@ -102,7 +106,7 @@ def _split(columns: dict[str, Floats]) -> dict[str, dict[str, Floats]]:
 
 
 def _columns(path: Path) -> dict[str, Floats]:
-    """Return the columns of a CSV file; empty cells are NaN, and columns that begin with note_ are omitted."""
+    """Return the columns of a CSV file; empty cells are NaN, and note_ columns are omitted."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             rows = list(csv.reader(stream))

@@ -17,7 +17,7 @@ from trundle._optional import require
 from trundle._types import JointMotion
 
 if TYPE_CHECKING:
-    from trundle.mechanism import Mechanism, Regressors
+    from trundle.mechanism import Mechanism, Payload, Regressors
 
 __all__ = ["EpisodeMechanisms", "dynamics_of", "load_mechanisms"]
 
@@ -86,37 +86,33 @@ def load_mechanisms(
         for name, mechanism in found.items():
             own = motion["episodes"][name]
             rows = slice(None, None, max(1, len(own["q"]) // 200))
-            q, v, a = (own[key][rows] for key in ("q", "v", "a"))  # type: ignore[literal-required]
+            q, v, a = (own[key][rows] for key in ("q", "v", "a"))
             regressors = mechanism.regressors(q, v, a, derivatives=False)
             pairs = [
-                pair
-                for pair, share in touching_bodies(mechanism, q).items()
-                if share > MIN_TOUCHING_SHARE
+                pair for pair, share in touching_bodies(mechanism, q).items() if share > MIN_TOUCHING_SHARE
             ]
             if pairs and _contacts_dominate(regressors):
-                return EpisodeMechanisms(
-                    _load(recording, folder, mjcf, contacts=False), [_warning(pairs)]
-                )
+                return EpisodeMechanisms(_load(recording, folder, mjcf, contacts=False), [_warning(pairs)])
     return EpisodeMechanisms(found, [])
 
 
 def _load(
     recording: JointRecording, folder: Path, mjcf: PathLike | None, *, contacts: bool
 ) -> dict[str, Mechanism]:
-    from trundle.mechanism import Mechanism, Payload
+    from trundle.mechanism import Mechanism
 
     metadata = recording.metadata
     tables = metadata.get("episode", {})
     loaded: dict[str, Mechanism] = {}
     found = {}
-    for name in recording.keys():  # noqa: SIM118  (not a mapping)
+    for name in recording:
         table = tables.get(name, {})
         payload = table.get("payload")
         model = table.get("model")
         source = folder / model if model else Path(mjcf) if mjcf else folder / metadata["mechanism"]["model"]
         key = f"{source} {payload}"
         if key not in loaded:
-            carried = None if payload is None else Payload(**{**payload, "com": tuple(payload.get("com", (0.0, 0.0, 0.0)))})
+            carried = None if payload is None else _payload(payload)
             loaded[key] = Mechanism.load(source, recording.joints, payload=carried, contacts=contacts)
             if loaded[key].bodies != next(iter(loaded.values())).bodies:
                 raise TrundleError(
@@ -125,6 +121,13 @@ def _load(
                 )
         found[name] = loaded[key]
     return found
+
+
+def _payload(table: Mapping[str, Any]) -> Payload:
+    from trundle.mechanism import Payload
+
+    x, y, z = table.get("com", (0.0, 0.0, 0.0))
+    return Payload(table["body"], table["mass"], (x, y, z))
 
 
 @contextmanager
@@ -147,8 +150,8 @@ def _contacts_dominate(found: Regressors) -> bool:
 def _warning(pairs: list[tuple[str, str]]) -> str:
     listed = ", ".join(f"{first} and {second}" for first, second in pairs)
     return (
-        f"the model's bodies {listed} overlap, and their contacts would dominate the effort: contacts between "
-        "bodies are ignored; exclude the pairs in the model if the real links do not touch"
+        f"the model's bodies {listed} overlap, and their contacts would dominate the effort: contacts "
+        "between bodies are ignored; exclude the pairs in the model if the real links do not touch"
     )
 
 

@@ -31,11 +31,13 @@ FIGURE_NAMES = {
     "window_position_rmse": "position, one second ahead",
     "effort_rmse": "required less recorded effort",
 }
+"""Figures of a joint: key, text."""
 POOLED_NAMES = {
     "relative_position_rmse": "position, open loop, share of the range",
     "relative_window_rmse": "position, one second ahead, share of the range",
     "relative_effort_rmse": "required less recorded effort, share of the range",
 }
+"""Figures of all joints: key, text."""
 
 
 def render_joints(
@@ -199,10 +201,14 @@ def _metrics(answer: JointAnswer, part: str) -> list[tuple[str, str, str]]:
     if not pair:
         return []
     sides = [pair[side] for side in ("before", "after")]
-    rows = [(text, *(_number(side[key]) for side in sides)) for key, text in POOLED_NAMES.items()]
-    for joint in sides[0]["joints"]:
-        for key, text in FIGURE_NAMES.items():
-            rows.append((f"{joint}: {text}", *(_number(side["joints"][joint][key]) for side in sides)))
+    before, after = sides
+    rows = [(text, _number(before[key]), _number(after[key])) for key, text in POOLED_NAMES.items()]
+    for joint in before["joints"]:
+        first, second = (side["joints"][joint] for side in sides)
+        rows += [
+            (f"{joint}: {text}", _number(first[key]), _number(second[key]))
+            for key, text in FIGURE_NAMES.items()
+        ]
     return [row for row in rows if row[1:] != ("–", "–")]
 
 

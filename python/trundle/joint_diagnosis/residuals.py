@@ -76,9 +76,7 @@ def joint_efforts(
         drives.append(drive)
         needs.append(needed - known)
         loads.append(load)
-        laws.append(
-            _laws(outcome, side, own, load, signals, needed - known - drive, mechanisms is not None)
-        )
+        laws.append(_laws(outcome, side, own, load, signals, needed - known - drive, mechanisms is not None))
     before = needs[0] - laws[0]
     after = needs[1] - laws[1] - (drives[1] - drives[0])
     if any(one["kind"] in COMPLIANT for one in outcome.models[1]["effects"]):
@@ -120,21 +118,30 @@ def _needed(
     if mechanisms is not None:
         mechanism = fitted_mechanism(mechanisms.by_episode[episode], model)
         found = mechanism.regressors(q, v, a, derivatives=False)
-        return found.effort, np.einsum("tii->ti", found.mass_matrix) * a
+        own_inertia: Floats = np.einsum("tii->ti", found.mass_matrix)
+        return found.effort, own_inertia * a
     table, nominal = recording.metadata["mechanism"], model["nominal"]
     (joint,) = motion["joints"]
     sine = nominal.get(f"gravity_sin:{joint}", table.get("gravity_torque", 0.0))
     cosine = nominal.get(f"gravity_cos:{joint}", 0.0)
-    inertia = nominal.get(f"inertia:{joint}", table.get("inertia", 1.0)) + nominal.get(f"armature:{joint}", 0.0)
+    inertia = nominal.get(f"inertia:{joint}", table.get("inertia", 1.0)) + nominal.get(
+        f"armature:{joint}", 0.0
+    )
     needed = inertia * a + sine * np.sin(q) + cosine * np.cos(q) + nominal.get(f"damping:{joint}", 0.0) * v
     return needed, inertia * a
 
 
 def _laws(
-    outcome: _JointOutcome, side: str, own: Any, load: Floats, signals: list[JointSignals], missing: Floats, has_model: bool
+    outcome: _JointOutcome,
+    side: str,
+    own: Any,
+    load: Floats,
+    signals: list[JointSignals],
+    missing: Floats,
+    has_model: bool,
 ) -> Floats:
     """Return the effort of a model's laws on the joints, (T, n); at rest friction exerts what is missing."""
-    out = np.zeros_like(own["q"])
+    out: Floats = np.zeros_like(own["q"])
     driven = [one.drive is not None for one in signals]
     for k, (q, v, a) in enumerate(zip(own["q"], own["v"], own["a"], strict=True)):
         drive = np.where(driven, load[k], np.nan).tolist()

@@ -59,7 +59,9 @@ class JointSignals:
     limit: float
 
 
-def setting(metadata: Mapping[str, Any], episode: str, section: str, key: str, joint: str, default: Any) -> Any:
+def setting(
+    metadata: Mapping[str, Any], episode: str, section: str, key: str, joint: str, default: Any
+) -> Any:
     """Return a value of `[effort]`, `[target]`, `[delay]` or `[noise]`, which an episode may replace."""
     own = metadata.get("episode", {}).get(episode, {})
     value = metadata.get(section, {}).get(key, default)
