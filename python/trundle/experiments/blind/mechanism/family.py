@@ -16,12 +16,12 @@ __all__ = ["Family", "HiddenEffect", "State", "Statistics", "Values"]
 
 Values: TypeAlias = dict[str, Any]
 State: TypeAlias = SimpleNamespace
-"""`t`, and by joint `q`, `v`, `a` (of the last step), `u` (acting effort) and `external()`, (n,) each; `memory`."""
+"""`t`, `memory`, and by joint, (n,): `q`, `v`, `a` of the last step, acting effort `u` and `external()`."""
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of the motion without effects, by joint: rms and largest effort, rms speed, and sorted positions (T, n)."""
+    """Rms and largest efforts (n,), rms speeds (n,) and positions (T, n) of the motion without effects."""
 
     effort: Floats
     largest: Floats

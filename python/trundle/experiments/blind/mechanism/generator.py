@@ -39,8 +39,8 @@ def allowed_sources(names: Sequence[str]) -> tuple[str, ...]:
 def draw(planned: Values, options: Values, folder: Path) -> dict[str, Any]:
     """Draw a case, write its recording, and return the truth and all attempts.
 
-    The true model's misfit is approximated by that of the nominal model on a recording of the same scene without the
-    effects, with the same noise. Each of several effects is judged by a recording with it alone.
+    The true model's misfit is approximated by that of the nominal model on a recording of the same scene
+    without the effects, with the same noise. Each of several effects is judged by a recording with it alone.
     """
     names, seed, engine = tuple(planned["names"]), planned["seed"], planned["engine"]
     families = [get_family(name) for name in names]
@@ -80,7 +80,10 @@ def try_scene(
     seed: int,
     options: Values,
 ) -> Values:
-    """Hide effects in a scene; return `reason` (None if it is material), `hidden`, `motions`, `seen`, `oracle`."""
+    """Hide effects in a scene; return `reason`, `hidden`, `motions`, `seen` and `oracle`.
+
+    The reason for rejection is None if the effects are material.
+    """
     bare = simulate(engine, scene, [])
     if bare is None:
         return {"reason": "unstable"}

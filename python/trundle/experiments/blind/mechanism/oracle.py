@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomllib
 from scipy.signal import butter, sosfiltfilt
 
-from trundle import _native
+from trundle.experiments.blind.mechanism.diagnosis import load
 from trundle.experiments.sampling import Floats
-from trundle.mechanism import Mechanism, Payload
+from trundle.mechanism import Mechanism
 
-__all__ = ["diagnosis_answer", "effort_misfit"]
+__all__ = ["effort_misfit"]
 
 SPREAD = {"mass": 0.3, "armature": 1.0, "damping": 1.0}
 """Prior standard deviations of the nominal parameters, relative to the given values."""
@@ -23,52 +22,8 @@ FILTER_SHARE = 0.7
 """Cut-off of the efforts, as a share of the bandwidth of the motion."""
 
 
-def load(folder: Path) -> tuple[dict[str, Any], dict[str, Mechanism], dict[str, Any]]:
-    """Return the settings of a recording, its mechanism by episode, and its smoothed motion."""
-    settings = tomllib.loads((folder / "recording.toml").read_text(encoding="utf-8"))
-    motion = _native._joint_motion(str(folder))
-    mechanisms = {}
-    for name in motion["episodes"]:
-        given = settings.get("episode", {}).get(name, {}).get("payload")
-        payload = Payload(given["body"], given["mass"], tuple(given["com"])) if given else None
-        mechanisms[name] = Mechanism.load(folder / "robot.xml", motion["joints"], payload=payload)
-    return settings, mechanisms, motion
-
-
-def diagnosis_answer(folder: Path) -> dict[str, Any]:
-    """Diagnose a recording; return the content of `diagnosis.json`."""
-    _, mechanisms, motion = load(folder)
-    first = next(iter(mechanisms.values()))
-    bodies = list(first.bodies)
-    dynamics: dict[str, Any] = {
-        "bodies": bodies,
-        "masses": [first.masses[body] for body in bodies],
-        "armature": first.armature.tolist(),
-        "damping": first.damping.tolist(),
-        "frictionloss": first.frictionloss.tolist(),
-        "gravity": [0.0, 0.0, -9.81],
-        "is_hinge": [int(first.compiled.joint(joint).type[0]) == 3 for joint in motion["joints"]],
-        "episodes": {},
-    }
-    for name, one in motion["episodes"].items():
-        mechanism = mechanisms[name]
-        found = mechanism.regressors(one["q"], one["v"], one["a"])
-        own = np.einsum("tii->ti", found.mass_matrix) - mechanism.armature
-        passive = found.friction + mechanism.armature * one["a"] + mechanism.damping * one["v"]
-        dynamics["episodes"][name] = {
-            "effort": np.ascontiguousarray(found.effort - passive),
-            "own_inertia": np.ascontiguousarray(own),
-            "mass": np.ascontiguousarray(np.stack([found.mass[body] for body in bodies], 2)),
-            "gravity": found.gravity,
-            "payload": np.ascontiguousarray(np.stack([found.payload[body] for body in bodies], 2)),
-            "position": found.position,
-        }
-    answer: dict[str, Any] = _native._diagnose_joints(str(folder), dynamics).answer
-    return answer
-
-
 def effort_misfit(folder: Path) -> float:
-    """Return the held-out effort misfit of the refitted nominal model, relative to the range of the efforts.
+    """Return the held-out effort misfit of the refitted nominal model, relative to the efforts' range.
 
     The free parameters are fitted by least squares to the low-passed efforts, with the prior of the format. For
     targets without efforts, the effort is the controller's, of known stiffness and damping or of free ones.
@@ -133,7 +88,7 @@ def episode_rows(
         stiffness, damping = settings["target"]["stiffness"], settings["target"]["damping"]
         error = seen - one["q"]
         if stiffness == "free":
-            # Divided by the stiffness of each joint, the target error is what the scaled nominal effort predicts.
+            # The target error is the effort divided by the unknown stiffness of each joint.
             extra = np.zeros((*one["q"].shape, 2 * len(joints)))
             for j in range(len(joints)):
                 extra[:, j, 2 * j], extra[:, j, 2 * j + 1] = found.effort[:, j], one["v"][:, j]

@@ -69,7 +69,7 @@ def draw_coupling(rng: Rng, scene: Scene, seen: Statistics, j: int) -> Values | 
 
 
 def coupling(values: Values, s: State, out: Floats) -> None:
-    """A potential of the difference of two joints, as between magnets."""
+    """Add a potential of the difference of two joints, as between magnets."""
     j, other = values["joint"], values["other"]
     effort = values["amplitude"] * np.sin(values["wave"] * (s.q[j] - s.q[other]))
     out[j] -= effort
@@ -94,7 +94,7 @@ def draw_heating(rng: Rng, scene: Scene, seen: Statistics, j: int) -> Values:
 
 
 def heating(values: Values, seen: Any) -> None:
-    """A gain that falls within an episode and recovers, as of a hot sensor."""
+    """Let the gain swing within an episode, as of a hot sensor."""
     wave = np.sin(2 * np.pi * seen.t / values["time"])
     seen.effort[:, values["joint"]] *= 1.0 + values["swing"] * wave
 
@@ -107,7 +107,7 @@ def draw_slip(rng: Rng, scene: Scene, seen: Statistics, j: int) -> Values:
 
 
 def slip(values: Values, seen: Any) -> None:
-    """A belt between encoder and joint creeps while the effort is above a limit."""
+    """Let a belt between encoder and joint creep while the effort is above a limit."""
     j = values["joint"]
     excess = np.clip(np.abs(seen.effort[:, j]) / values["limit"] - 1.0, 0.0, 1.0) * np.sign(seen.effort[:, j])
     seen.q[:, j] += values["rate"] * np.cumsum(excess) * TIME_STEP

@@ -57,7 +57,8 @@ def chain(name: str, links: Sequence[Link], spans: Sequence[tuple[float, float]]
         inertia = f"{mass * gyration**2:.6g}"
         slim = f"{0.3 * mass * gyration**2:.6g}"
         text += (
-            f'<body name="{joint}_link" pos="{place}"><joint name="{joint}" type="{kind}" axis="{axis}" {more}/>'
+            f'<body name="{joint}_link" pos="{place}">'
+            f'<joint name="{joint}" type="{kind}" axis="{axis}" {more}/>'
             f'<inertial pos="{centre}" mass="{mass:g}" diaginertia="{inertia} {inertia} {slim}"/>'
         )
     text = f"<mujoco><compiler angle='radian'/><worldbody>{text}{'</body>' * len(links)}</worldbody></mujoco>"

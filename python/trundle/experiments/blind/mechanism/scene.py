@@ -21,7 +21,7 @@ RATES = (50, 100, 125, 200, 250, 400, 500, 1000)
 """Sampling rates, Hz: whole numbers of time steps."""
 SOURCES = ("measured", "commanded", "current", "target")
 SOURCE_WEIGHTS = (0.4, 0.3, 0.2, 0.1)
-TOTAL_S = (28.0, 45.0)
+TOTAL_S = (24.0, 36.0)
 """Total length of the episodes, s."""
 
 Reference = Callable[[float], Floats]

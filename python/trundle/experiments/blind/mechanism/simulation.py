@@ -1,9 +1,9 @@
 """Simulate the controlled motion of a mechanism with hidden effects, by one of two engines.
 
 MuJoCo's engine uses MuJoCo's features: dry friction as a constraint, springs, limits, joints for play and
-elasticity, implicit integration. The other engine takes only the mass matrix and the bias forces from MuJoCo. It
-adds LuGre friction (Canudas de Wit et al., 1995), penalty contacts and springs of its own, and integrates by the
-linearly implicit Euler method.
+elasticity, implicit integration. The other engine takes only the mass matrix and the bias forces from
+MuJoCo. It adds LuGre friction (Canudas de Wit et al., 1995), penalty contacts and springs of its own, and
+integrates by the linearly implicit Euler method.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ __all__ = ["Motion", "simulate"]
 
 BRISTLE_DEFLECTION = 2e-4
 """Deflection at which LuGre friction slides, as a share of the joint's span."""
+WORKSPACE = 50.0
+"""Largest position of a stable simulation, rad or m."""
 CONTROL_STEPS = 4
 """Time steps between commands of a controller whose effort is measured."""
 
@@ -114,8 +116,8 @@ class MuJoCoEngine:
     def state(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return positions of joints and drives, speeds and accelerations of joints."""
         data, dofs = self.world.data, self.world.dofs
-        drive, v, a = data.qpos[dofs].copy(), data.qvel[dofs].copy(), data.qacc[dofs].copy()
-        q = drive.copy()
+        drive, v, a = data.qpos[dofs], data.qvel[dofs], data.qacc[dofs]
+        q = drive.copy() if self.world.plays else drive
         for i, k in self.world.plays:
             q[i] += data.qpos[k]
             v[i] += data.qvel[k]
@@ -151,6 +153,7 @@ class StiffEngine:
         model = self.world.model
         self.damping, self.armature = model.dof_damping.copy(), model.dof_armature.copy()
         model.dof_damping[:] = 0.0
+        self.split = np.isin(np.arange(scene.n), [one.values["joint"] for one in self.links])
         for one in self.links:
             model.dof_armature[one.values["joint"]] = 0.0
         spans = np.array([high - low for low, high in scene.robot.spans.values()])
@@ -164,8 +167,7 @@ class StiffEngine:
 
     def state(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return positions of joints and drives, speeds and accelerations of joints."""
-        split = np.isin(np.arange(len(self.q)), [one.values["joint"] for one in self.links])
-        return self.q.copy(), np.where(split, self.drive, self.q), self.v.copy(), self.a.copy()
+        return self.q, np.where(self.split, self.drive, self.q), self.v, self.a
 
     def step(self, effort: Floats, s: State) -> None:
         """Advance by a time step."""
@@ -183,9 +185,7 @@ class StiffEngine:
         for one in self.levels:
             level[one.values["joint"]] += one.family.level(one.values, s)  # type: ignore[misc]
         split = {one.values["joint"]: one for one in self.links}
-        drive_v = self.v.copy()
-        for j in split:
-            drive_v[j] = self.drive_v[j]
+        drive_v = np.where(self.split, self.drive_v, self.v)
         slope = np.where(level > 0, level / self.deflection, 0.0)
         grown = 1.0 + dt * np.abs(drive_v) / self.deflection
         implicit = self.damping + dt * slope / grown
@@ -206,7 +206,7 @@ class StiffEngine:
         self.a = np.linalg.solve(world.matrix + dt * np.diag(diagonal), total)
         self.v = self.v + dt * self.a
         self.q = self.q + dt * self.v
-        new_v = np.where([j in split for j in range(n)], self.drive_v, self.v)
+        new_v = np.where(self.split, self.drive_v, self.v)
         self.bristles = (self.bristles + dt * new_v) / grown
 
 
@@ -244,7 +244,7 @@ def simulate_episode(
     for k, wanted in enumerate(reference):
         q, drive, v, a = engine.state()
         if k % (every if held else CONTROL_STEPS) == 0:
-            if not np.all(np.isfinite(q)) or np.abs(q).max() > 50.0:
+            if not np.abs(q).max() < WORKSPACE:
                 return None
             target = wanted
             planned.qpos[:] = q
