@@ -124,7 +124,9 @@ def relative_gain(answer: Row, truth: Row) -> float | None:
 
 def relative_effort_gain(held_out: Row, truth: Row) -> float | None:
     """Return the logarithmic held-out gain in effort of a mechanism, relative to the oracle's."""
-    figures = [(held_out.get(when) or {}).get("relative_effort_rmse") for when in ("before", "after")]
+    figures = [
+        float((held_out.get(when) or {}).get("relative_effort_rmse") or 0.0) for when in ("before", "after")
+    ]
     if not truth["names"] or truth["outside"] or not all(figures):
         return None
     oracle = truth["oracle"]

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import tomllib
 
-from trundle import _native
+from trundle import _native as compiled_module
 from trundle.mechanism import Mechanism, Payload
 
 __all__ = ["joint_answer", "load"]
+
+_native: Any = compiled_module
 
 
 def load(folder: Path) -> tuple[dict[str, Any], dict[str, Mechanism], dict[str, Any]]:

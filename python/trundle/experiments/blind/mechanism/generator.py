@@ -94,7 +94,7 @@ def try_scene(
     motions = simulate(engine, scene, hidden) if hidden else bare
     if motions is None:
         return {"reason": "unstable with the effects"}
-    made = {"reason": None, "hidden": hidden, "motions": motions, "seen": seen, "oracle": {}}
+    made: Values = {"reason": None, "hidden": hidden, "motions": motions, "seen": seen, "oracle": {}}
     if not hidden:
         return made
     try:

@@ -25,7 +25,7 @@ FILTER_SHARE = 0.7
 def effort_misfit(folder: Path) -> float:
     """Return the held-out effort misfit of the refitted nominal model, relative to the efforts' range.
 
-    The free parameters are fitted by least squares to the low-passed efforts, with the prior of the format. For
+    The free parameters are fitted by least squares to the low-passed efforts, with the format's prior. For
     targets without efforts, the effort is the controller's, of known stiffness and damping or of free ones.
     """
     settings, mechanisms, motion = load(folder)
@@ -107,7 +107,7 @@ def read_table(path: Path) -> dict[str, Floats]:
     return dict(zip(names, np.loadtxt(path, delimiter=",", skiprows=1, unpack=True), strict=True))
 
 
-def sample(table: dict[str, Floats], joint: str, t: Floats, held: bool) -> Floats:
+def sample(table: dict[str, Floats], joint: str, t: Floats, held: bool) -> Any:
     """Return efforts or targets of a joint at other times, interpolated or held."""
     key = f"effort_{joint}" if f"effort_{joint}" in table else f"target_{joint}"
     if not held:
@@ -117,7 +117,7 @@ def sample(table: dict[str, Floats], joint: str, t: Floats, held: bool) -> Float
     ]
 
 
-def low_pass(values: Floats, motion: dict[str, Any], one: dict[str, Any]) -> Floats:
+def low_pass(values: Floats, motion: dict[str, Any], one: dict[str, Any]) -> Any:
     """Return values below the bandwidth of the motion, without the ends of the episode."""
     rate = 1.0 / float(np.median(np.diff(one["t"])))
     cut = min(FILTER_SHARE * motion["bandwidth"], 0.4 * rate)

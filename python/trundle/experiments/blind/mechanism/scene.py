@@ -93,11 +93,11 @@ class Scene:
 
     def reference(self, episode: int) -> Floats:
         """Return the reference, (T, n), at every time step."""
-        t = np.arange(round(self.length / TIME_STEP)) * TIME_STEP
+        t: Floats = np.arange(round(self.length / TIME_STEP), dtype=np.float64) * TIME_STEP
         return np.column_stack([wave(t, one) for one in self.waves[episode]])
 
 
-def wave(t: Floats, one: Mapping[str, Any]) -> Floats:
+def wave(t: Floats, one: Mapping[str, Any]) -> Any:
     """Return a reference over time, (T,)."""
     kind, middle, size, f = one["kind"], one["middle"], one["size"], one["frequency"]
     if kind == "sines":
@@ -145,7 +145,7 @@ def draw_scene(
     rng: np.random.Generator, robots: Sequence[Robot], sources: Sequence[str], needs_fixed: str | None
 ) -> Scene:
     """Draw a scene whose source of effort is one of `sources`."""
-    robot = robots[rng.integers(len(robots))]
+    robot = robots[int(rng.integers(len(robots)))]
     weights = np.array([w for w, one in zip(SOURCE_WEIGHTS, SOURCES, strict=True) if one in sources])
     source = str(rng.choice([one for one in SOURCES if one in sources], p=weights / weights.sum()))
     bodies, joints = robot.bodies, robot.joints

@@ -263,5 +263,5 @@ def simulate_episode(
         rows.append((q, drive, v, command.copy(), effort, target))
         s = SimpleNamespace(t=k * TIME_STEP, q=q, v=v, a=a, u=effort, memory=memory)
         engine.step(effort, s)
-    t = np.arange(len(reference)) * TIME_STEP
+    t: Floats = np.arange(len(reference), dtype=np.float64) * TIME_STEP
     return Motion(t, *(np.array(column) for column in zip(*rows, strict=True)))
