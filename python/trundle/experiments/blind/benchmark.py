@@ -18,6 +18,7 @@ from trundle.experiments.blind.follow_up import (
     restore_object,
 )
 from trundle.experiments.blind.furniture import generator as furniture
+from trundle.experiments.blind.mechanism import generator as mechanism
 from trundle.experiments.blind.plan import plan_cases, plan_limits
 from trundle.experiments.blind.result_files import ResultFiles
 from trundle.experiments.blind.sealed import open_sealed, seal
@@ -28,7 +29,7 @@ from trundle.experiments.runner import Runner, Unit
 
 __all__ = ["Benchmark", "code_versions", "run_benchmark"]
 
-GENERATORS = {"furniture": furniture.draw, "wide": wide.draw}
+GENERATORS = {"furniture": furniture.draw, "wide": wide.draw, "mechanism": mechanism.draw}
 
 
 @dataclass(frozen=True)

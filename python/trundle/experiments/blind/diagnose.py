@@ -16,6 +16,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import tomllib
+
 __all__ = ["diagnose_case"]
 
 
@@ -70,12 +72,12 @@ def main(request: str) -> None:
     """Diagnose a folder and print a summary of the answer."""
     folder, limit, without, experiments = json.loads(request)
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
-    from trundle import TrundleError, diagnose
+    from trundle import TrundleError
 
     # Standard input closes when the parent process ends.
     threading.Thread(target=end_with_parent, daemon=True).start()
     try:
-        answer = diagnose(folder, without=without).answer
+        answer = full_answer(Path(folder), without)
     except TrundleError as error:
         # The benchmark's folder must not appear in the answer.
         reason = str(error).replace(f"{Path(folder).parent}/", "")
@@ -83,6 +85,24 @@ def main(request: str) -> None:
         return
     proposed = {"experiments": [*map(summarize_experiment, answer["experiments"])]} if experiments else {}
     json.dump({**summarize_answer(answer), **proposed}, sys.stdout)
+
+
+def full_answer(folder: Path, without: Sequence[str]) -> dict[str, Any]:
+    """Return the content of `diagnosis.json` of a recording of an object or of joints."""
+    import trundle
+
+    if is_mechanism(folder):
+        from trundle.experiments.blind.mechanism.diagnosis import joint_answer
+
+        return joint_answer(folder, without)
+    return dict(trundle.diagnose(folder, without=without).answer)
+
+
+def is_mechanism(folder: Path) -> bool:
+    """Return whether a folder has a recording of joints."""
+    path = folder / "recording.toml"
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    return tomllib.loads(text).get("format") == "trundle-recording/2"
 
 
 def end_with_parent() -> None:
@@ -94,13 +114,19 @@ def end_with_parent() -> None:
 def summarize_answer(answer: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parts of `diagnosis.json` that scoring uses."""
     names = ("effect", "probability", "parameters", "where", "explains")
-    figures = ("window_position_rmse", "window_heading_rmse", "position_rmse", "heading_rmse")
+    figures = (
+        *("window_position_rmse", "window_heading_rmse", "position_rmse", "heading_rmse"),
+        "relative_effort_rmse",
+    )
+
     held_out = answer["fit"]["held_out"] or {}
     return {
         "verdict": answer["verdict"],
         "missing": [{name: one.get(name) for name in names} for one in answer["missing"]],
-        "tied": answer.get("tied", []),
-        "tied_sets": answer.get("tied_sets", []),
+        "tied": [[name.partition(":")[0] for name in tie] for tie in answer.get("tied", [])],
+        "tied_sets": [
+            [[name.partition(":")[0] for name in one] for one in sets] for sets in answer.get("tied_sets", [])
+        ],
         "immaterial": [one["effect"] for one in answer.get("immaterial", [])],
         "alternatives": [
             {k: one.get(k) for k in ("effect", "probability")} for one in answer["alternatives"]
@@ -108,7 +134,9 @@ def summarize_answer(answer: Mapping[str, Any]) -> dict[str, Any]:
         "warnings": answer.get("warnings", []),
         "nominal": {when: answer["nominal"].get(when) for when in ("before", "after")},
         "held_out": {
-            when: {name: found.get(name) for name in figures} for when, found in held_out.items() if found
+            when: {name: found[name] for name in figures if name in found}
+            for when, found in held_out.items()
+            if found
         },
     }
 

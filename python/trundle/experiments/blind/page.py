@@ -78,7 +78,7 @@ def write_page(out: Path, name: str, shares: Sequence[ResultFiles]) -> str:
     sections = []
     if present := [one for one in shares if one.answers().exists()]:
         first = make_page(out, name, present)
-        template = "furniture" if "episodes" in first.settings else "wide"
+        template = "furniture" if "episodes" in first.settings else first.settings.get("generator", "wide")
         sections.append(render(template, first))
         for part, other in (("_without", "without"), ("_after", "after")):
             if present[0].answers(part).exists():
@@ -181,6 +181,9 @@ PARTS: dict[str, Callable[[Page], str]] = {
     "answers": lambda page: page.link(page.file.with_name(f"{page.file.stem}.answers.json")),
     "targets_furniture": lambda page: tables.accuracy("furniture", page.rows),
     "targets_wide": lambda page: tables.accuracy("wide", page.rows),
+    "targets_mechanism": lambda page: tables.accuracy("mechanism", page.rows),
+    "conditions": lambda page: tables.instruments(page.rows, tables.MECHANISM_CLASSES),
+    "rejected_mechanisms": lambda page: tables.rejections(page.truths, ("robot", "source", "rate_class")),
     "ties": of_rows(tables.tie_text),
     "rejections": lambda page: tables.rejections(page.truths),
     "without": of_rows(tables.leave_one_out),

@@ -9,6 +9,8 @@ import numpy as np
 
 from trundle.experiments.blind.case import PlannedCase
 from trundle.experiments.blind.families import INDISTINGUISHABLE_PAIRS
+from trundle.experiments.blind.mechanism.generator import allowed_sources
+from trundle.experiments.blind.mechanism.simulation import ENGINES as MECHANISM_ENGINES
 from trundle.experiments.blind.scene import ENGINES
 from trundle.experiments.blind.settings import Settings
 from trundle.experiments.blind.wide.families import get_family
@@ -17,7 +19,7 @@ __all__ = ["plan_cases", "plan_limits"]
 
 Names = tuple[str, ...]
 
-RANDOM_STREAMS = {"furniture": 4, "wide": 15}
+RANDOM_STREAMS = {"furniture": 4, "wide": 15, "mechanism": 17}
 """Streams of the random numbers, by generator."""
 LIMITS_FIRST_SEED = 100_000
 """Offset of the seeds of detection limits from the first seed of the range."""
@@ -44,16 +46,20 @@ def plan_range(settings: Settings) -> list[PlannedCase]:
     """Return all cases of a range."""
     rng = np.random.default_rng([settings.first, RANDOM_STREAMS[settings.generator]])
     kinds: list[Names] = [()] * settings.counts.clean
-    kinds += furniture_sets(rng, settings) if settings.generator == "furniture" else wide_sets(rng, settings)
+    kinds += furniture_sets(rng, settings) if settings.generator == "furniture" else mixed_sets(rng, settings)
     found = []
     for k, i in enumerate(rng.permutation(len(kinds))):
-        engine = engine_of(kinds[i], int(i)) if settings.generator == "wide" else "mujoco"
+        engine = engine_of(settings.generator, kinds[i], int(i))
         found.append(PlannedCase(f"case_{k:04}", kinds[i], settings.first + k, engine, settings.size))
     return found
 
 
-def engine_of(names: Names, number: int) -> str:
+def engine_of(generator: str, names: Names, number: int) -> str:
     """Return the engine of a case: alternately each, if it simulates all families."""
+    if generator == "furniture":
+        return "mujoco"
+    if generator == "mechanism":
+        return list(MECHANISM_ENGINES)[number % len(MECHANISM_ENGINES)]
     wanted = ENGINES[number % len(ENGINES)]
     return wanted if all(wanted in get_family(name).engines for name in names) else "mujoco"
 
@@ -67,13 +73,13 @@ def furniture_sets(rng: np.random.Generator, settings: Settings) -> list[Names]:
     return sets + [pairs[int(rng.integers(len(pairs)))] for _ in range(counts.pairs)]
 
 
-def wide_sets(rng: np.random.Generator, settings: Settings) -> list[Names]:
+def mixed_sets(rng: np.random.Generator, settings: Settings) -> list[Names]:
     """Return shuffled cycles of single families, and random sets of effects."""
     counts = settings.counts
     sets = shuffled_cycles(rng, settings.effects, counts.singles)
     sets += shuffled_cycles(rng, settings.outside, counts.outsides)
     for size, count in ((2, counts.pairs), (3, counts.triples), (4, counts.fours)):
-        sets += [draw_set(rng, settings.effects, size) for _ in range(count)]
+        sets += [draw_set(rng, settings, size) for _ in range(count)]
     return sets
 
 
@@ -85,11 +91,13 @@ def shuffled_cycles(rng: np.random.Generator, names: Sequence[str], count: int) 
     return found[:count]
 
 
-def draw_set(rng: np.random.Generator, names: Sequence[str], size: int) -> Names:
-    """Return a random set of distinguishable effects."""
+def draw_set(rng: np.random.Generator, settings: Settings, size: int) -> Names:
+    """Return a random set of effects that may be hidden together."""
+    names = settings.effects
+    possible = allowed_sources if settings.generator == "mechanism" else is_distinguishable
     while True:
         chosen = tuple(names[i] for i in sorted(rng.choice(len(names), size, replace=False)))
-        if is_distinguishable(chosen):
+        if possible(chosen):
             return chosen
 
 

@@ -15,7 +15,7 @@ from trundle.recording import TrundleError
 
 __all__ = ["prove"]
 
-RESULT_FOLDERS = {"furniture": "proof", "wide": "wide"}
+RESULT_FOLDERS = {"furniture": "proof", "wide": "wide", "mechanism": "mechanism"}
 """Folders of the results, by generator."""
 
 
@@ -45,7 +45,7 @@ def prove(
     work : Path
         Folder of recordings and finished units; an interrupted run continues from it.
     out : Path
-        Folder of the page, of `proof/` or `wide/` (answers, sealed truth, costs) and of `images/`.
+        Folder of the page, of `proof/`, `wide/` or `mechanism/` (answers, sealed truth, costs), of `images/`.
     backend : Backend
         Where cases are drawn and diagnosed.
     limits, leave_out, after_design : bool
@@ -99,12 +99,14 @@ def check_options(config: Path, settings: Settings, options: dict[str, bool], sh
     if options["limits"] and options["after-design"]:
         raise TrundleError("--after-design applies only to the main benchmark: remove --limits")
     if settings.generator == "furniture" and shares is not None:
-        raise TrundleError(f"--shares applies only to a wide benchmark, and {config} is not one")
+        raise TrundleError(f"--shares applies only to a benchmark with shares, and {config} has none")
     if shares is not None and shares < 1:
         raise TrundleError(f"--shares {shares}: must be at least 1")
     given = [name for name, value in options.items() if value]
-    if settings.generator == "wide" and given:
-        raise TrundleError(f"--{given[0]} does not apply to a wide benchmark, such as {config}")
+    if settings.generator != "furniture" and given:
+        raise TrundleError(
+            f"--{given[0]} does not apply to a {settings.generator} benchmark, such as {config}"
+        )
 
 
 def print_status(text: str) -> None:

@@ -16,6 +16,7 @@ __all__ = [
     "candidates",
     "case_group",
     "has_wrong_name",
+    "is_at_right_place",
     "is_right",
     "is_unambiguous",
     "named_effects",
@@ -110,6 +111,8 @@ def named_effects(rows: Sequence[Row]) -> Iterator[tuple[Row, Row, Row]]:
 def relative_gain(answer: Row, truth: Row) -> float | None:
     """Return the logarithmic held-out gain one second ahead, relative to the oracle's if there is one."""
     oracle, held_out = truth["oracle"], answer.get("held_out") or {}
+    if "robot" in truth:
+        return relative_effort_gain(held_out, truth)
     has_oracle = truth["names"] and not truth["outside"] and oracle.get("after") is not None
     if not has_oracle or not {"before", "after"} <= held_out.keys():
         return None
@@ -117,3 +120,23 @@ def relative_gain(answer: Row, truth: Row) -> float | None:
     if not (math.isfinite(before) and math.isfinite(after) and after > 0.0):
         return None
     return math.log(before / after) / math.log(oracle["before"] / oracle["after"])
+
+
+def relative_effort_gain(held_out: Row, truth: Row) -> float | None:
+    """Return the logarithmic held-out gain in effort of a mechanism, relative to the oracle's."""
+    figures = [
+        float((held_out.get(when) or {}).get("relative_effort_rmse") or 0.0) for when in ("before", "after")
+    ]
+    if not truth["names"] or truth["outside"] or not all(figures):
+        return None
+    oracle = truth["oracle"]
+    return math.log(figures[0] / figures[1]) / math.log(oracle["before"] / oracle["after"])
+
+
+def is_at_right_place(answer: Row, truth: Row) -> list[bool]:
+    """Return for each rightly named effect of a mechanism whether its joint or body is the true one."""
+    if answer["verdict"] != "explained" or truth["outside"]:
+        return []
+    true = {one["effect"]: one["where"] for one in truth["truth"]}
+    named = [one for one in answer["missing"] if true.get(one["effect"])]
+    return [one["where"] == true[one["effect"]] for one in named]

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from trundle.experiments.blind import families
 from trundle.experiments.blind.furniture.families import OUT_OF_CATALOGUE as FURNITURE_OUT_OF_CATALOGUE
+from trundle.experiments.blind.mechanism import families as mechanism_families
+from trundle.experiments.blind.mechanism.outside import OUT_OF_CATALOGUE as MECHANISM_OUT_OF_CATALOGUE
 from trundle.experiments.blind.wide.families import OUT_OF_CATALOGUE as WIDE_OUT_OF_CATALOGUE
 from trundle.recording import TrundleError
 from trundle.settings import build_settings, parse
@@ -43,7 +45,7 @@ class Settings:
     Attributes
     ----------
     generator : str
-        "furniture" or "wide".
+        "furniture", "wide" or "mechanism".
     range, parent : str
         Name of the range; name of the range of which it is a subset, or its own.
     first : int
@@ -102,7 +104,8 @@ class Settings:
         found = {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(self).items()}
         if self.generator == "furniture":
             return found
-        return {name: v for name, v in found.items() if name not in FURNITURE_ONLY}
+        kept = {name: v for name, v in found.items() if name not in FURNITURE_ONLY}
+        return kept if self.generator == "wide" else {"generator": self.generator, **kept}
 
     def drawing(self) -> dict[str, Any]:
         """Return the values on which the drawing of a single case depends."""
@@ -171,6 +174,10 @@ class Range(Counts):
 class WideFile:
     """Contents of a file `trundle-wide/1`."""
 
+    generator: ClassVar[str] = "wide"
+    catalogue: ClassVar[Iterable[str]] = families.CATALOGUE
+    out_of_catalogue: ClassVar[Iterable[str]] = WIDE_OUT_OF_CATALOGUE
+
     ranges: dict[str, Range]
     effects: tuple[str, ...]
     outside: tuple[str, ...]
@@ -191,12 +198,12 @@ class WideFile:
         if parent.first is None:
             raise TrundleError(f"{path}: [ranges.{name}] missing key `first`, the first seed")
         return Settings(
-            "wide",
+            self.generator,
             which,
             name,
             parent.first,
-            resolve(path, self.effects, families.CATALOGUE),
-            resolve(path, self.outside, WIDE_OUT_OF_CATALOGUE),
+            resolve(path, self.effects, self.catalogue),
+            resolve(path, self.outside, self.out_of_catalogue),
             parent.counts(),
             chosen.counts() if chosen.of else None,
             chosen.shares,
@@ -207,9 +214,19 @@ class WideFile:
         )
 
 
+@dataclass(frozen=True)
+class MechanismFile(WideFile):
+    """Contents of a file `trundle-mechanism/1`."""
+
+    generator: ClassVar[str] = "mechanism"
+    catalogue: ClassVar[Iterable[str]] = mechanism_families.CATALOGUE
+    out_of_catalogue: ClassVar[Iterable[str]] = MECHANISM_OUT_OF_CATALOGUE
+
+
 FILES: dict[str, type[FurnitureFile] | type[WideFile]] = {
     "trundle-proof/1": FurnitureFile,
     "trundle-wide/1": WideFile,
+    "trundle-mechanism/1": MechanismFile,
 }
 """By the value of `format`."""
 

@@ -14,6 +14,7 @@ from trundle.experiments.blind.score import (
     candidates,
     case_group,
     has_wrong_name,
+    is_at_right_place,
     is_right,
     names_of,
     relative_gain,
@@ -41,6 +42,7 @@ FALSE_ALARMS = "false alarms"
 WRONG_NAME = "a wrong name above 0.9, of all recordings"
 WRONG_NAME_OUTSIDE = "a wrong name above 0.9, out of catalogue"
 GAIN = "gain at least 0.8 of the oracle's"
+JOINT = "joint or body right, of rightly named effects"
 AT_MOST = (FALSE_ALARMS, WRONG_NAME, WRONG_NAME_OUTSIDE)
 """Figures with an upper limit."""
 TARGETS: dict[str, dict[str, float | None]] = {
@@ -62,6 +64,16 @@ TARGETS: dict[str, dict[str, float | None]] = {
         "out of catalogue": 0.9,
         WRONG_NAME: 0.01,
         GAIN: 0.90,
+    },
+    "mechanism": {
+        "one effect": 0.9,
+        "two effects": 0.75,
+        "three effects": None,
+        FALSE_ALARMS: 0.02,
+        "out of catalogue": 0.85,
+        WRONG_NAME: 0.01,
+        JOINT: 0.97,
+        GAIN: 0.85,
     },
 }
 """Figures of each benchmark with their targets."""
@@ -97,6 +109,8 @@ def figure(name: str, rows: Sequence[Row]) -> Share:
         return share(row["answer"]["verdict"] in ("explained", "unexplained") for row in clean)
     if name in (WRONG_NAME, WRONG_NAME_OUTSIDE):
         return wrong_share(rows if name == WRONG_NAME else of_group(rows, "out of catalogue"))
+    if name == JOINT:
+        return share(right for row in rows for right in is_at_right_place(row["answer"], row["truth"]))
     if name == GAIN:
         return share(gain >= MIN_RELATIVE_GAIN for gain in gains(rows))
     kind = name.partition(":")[0]
@@ -148,12 +162,25 @@ def tie_text(rows: Sequence[Row]) -> str:
     return f"Mean number of tied sets in correct answers: {mean:.2f} (1: no tie)."
 
 
-def instruments(rows: Sequence[Row]) -> str:
+CLASSES = {
+    "rate_class": "rate of poses",
+    "noise_class": "pose noise",
+    "frame": "axes of the reading",
+    "contact": "contact",
+}
+MECHANISM_CLASSES = {
+    "robot": "robot",
+    "source": "effort",
+    "rate_class": "rate",
+    "side": "side of the encoder",
+}
+
+
+def instruments(rows: Sequence[Row], classes: dict[str, str] = CLASSES) -> str:
     """Return correct answers by class of instrument."""
-    classes = {"rate_class": "rate of poses", "noise_class": "pose noise", "frame": "axes of the reading"}
     kinds = {"clean": ("clean",), "effects": GROUPS[:4], "out of catalogue": ("out of catalogue",)}
     lines = []
-    for key, label in {**classes, "contact": "contact"}.items():
+    for key, label in classes.items():
         for value in sorted({row["truth"]["instrument"][key] for row in rows}):
             mine = [row for row in rows if row["truth"]["instrument"][key] == value]
             shares = [right_share(of_group(mine, *names)).text() for names in kinds.values()]
@@ -211,7 +238,7 @@ def wrong_answers(rows: Sequence[Row]) -> str:
         if is_right(answer, truth):
             continue
         instrument = truth.get("instrument") or {}
-        keys = ("contact", "frame", "rate_class")
+        keys = ("robot", "source", "rate_class") if "robot" in truth else ("contact", "frame", "rate_class")
         how = ", ".join([truth["engine"], *(instrument[key] for key in keys)] if instrument else [])
         names = ", ".join(f"{one['effect']} {one['probability']:.2f}" for one in answer.get("missing", []))
         hidden = " + ".join(truth["names"]) or "nothing"
@@ -219,12 +246,12 @@ def wrong_answers(rows: Sequence[Row]) -> str:
     return table(["case", "hidden effects", "recording", "answer"], lines) if lines else "None."
 
 
-def rejections(truths: Sequence[Row]) -> str:
+def rejections(truths: Sequence[Row], keys: Sequence[str] = ("rate", "noise", "frame", "contact")) -> str:
     """Return the share of draws that were not material, by class of instrument."""
     attempts = [one for truth in truths if truth["names"] for one in truth["attempts"]]
     tried = [one for one in attempts if one["reason"] != "no place"]
     lines = []
-    for key in ("rate", "noise", "frame", "contact"):
+    for key in keys:
         for value in sorted({one[key] for one in tried}):
             mine = [one for one in tried if one[key] == value]
             why = Counter(one["reason"] for one in mine if one["reason"] is not None)

@@ -1,0 +1,1 @@
+"""The blind benchmark of mechanisms: recordings of arms and benches with hidden effects."""
