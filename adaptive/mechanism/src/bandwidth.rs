@@ -15,7 +15,7 @@ const STEP: f64 = 1.25;
 /// Most filtered samples of a joint. More only cost time: a friction law does not need them.
 const MAX_SAMPLES: f64 = 4000.0;
 /// Fewest filtered samples of a joint, if the noise allows them.
-const MIN_SAMPLES: f64 = 400.0;
+const MIN_SAMPLES: f64 = 100.0;
 /// Standard deviations of the filter between samples that are compared. Noise of neighbours is then correlated by 0.1.
 pub(crate) const SPACING_SDS: f64 = 3.0;
 
