@@ -16,8 +16,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import tomllib
-
 __all__ = ["diagnose_case"]
 
 
@@ -91,18 +89,7 @@ def full_answer(folder: Path, without: Sequence[str]) -> dict[str, Any]:
     """Return the content of `diagnosis.json` of a recording of an object or of joints."""
     import trundle
 
-    if is_mechanism(folder):
-        from trundle.experiments.blind.mechanism.diagnosis import joint_answer
-
-        return joint_answer(folder, without)
     return dict(trundle.diagnose(folder, without=without).answer)
-
-
-def is_mechanism(folder: Path) -> bool:
-    """Return whether a folder has a recording of joints."""
-    path = folder / "recording.toml"
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    return tomllib.loads(text).get("format") == "trundle-recording/2"
 
 
 def end_with_parent() -> None:

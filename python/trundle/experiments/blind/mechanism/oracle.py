@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomllib
 from scipy.signal import butter, sosfiltfilt
 
-from trundle.experiments.blind.mechanism.diagnosis import load
+from trundle import _native
+from trundle._types import JointMotion
 from trundle.experiments.sampling import Floats
-from trundle.mechanism import Mechanism
+from trundle.mechanism import Mechanism, Payload
 
 __all__ = ["effort_misfit"]
 
@@ -28,7 +30,7 @@ def effort_misfit(folder: Path) -> float:
     The free parameters are fitted by least squares to the low-passed efforts, with the format's prior. For
     targets without efforts, the effort is the controller's, of known stiffness and damping or of free ones.
     """
-    settings, mechanisms, motion = load(folder)
+    settings, mechanisms, motion = load_recording(folder)
     joints, free = motion["joints"], settings["mechanism"]["free"]
     parts = {
         name: episode_rows(folder, name, settings, mechanisms[name], motion, free) for name in mechanisms
@@ -124,3 +126,15 @@ def low_pass(values: Floats, motion: dict[str, Any], one: dict[str, Any]) -> Any
     found = sosfiltfilt(butter(2, cut, fs=rate, output="sos"), values, axis=0)
     ends = min(int(rate / cut), len(found) // 5)
     return found[ends : len(found) - ends]
+
+
+def load_recording(folder: Path) -> tuple[dict[str, Any], dict[str, Mechanism], JointMotion]:
+    """Return the settings of a recording, its mechanism by episode, and its smoothed motion."""
+    settings = tomllib.loads((folder / "recording.toml").read_text(encoding="utf-8"))
+    motion = _native._joint_motion(folder)
+    mechanisms = {}
+    for name in motion["episodes"]:
+        given = settings.get("episode", {}).get(name, {}).get("payload")
+        payload = Payload(given["body"], given["mass"], tuple(given["com"])) if given else None
+        mechanisms[name] = Mechanism.load(folder / "robot.xml", motion["joints"], payload=payload)
+    return settings, mechanisms, motion
