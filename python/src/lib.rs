@@ -29,6 +29,7 @@ mod push;
 mod record;
 mod sim;
 mod simulator;
+mod table;
 mod toml_dict;
 mod view;
 mod watch;
@@ -39,6 +40,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     error::register(module)?;
     mechanism::register(module)?;
+    table::register(module)?;
     model::register(module)?;
     record::register(module)?;
     joint_record::register(module)?;

@@ -126,12 +126,12 @@ fn effort_range(problem: &Problem, j: usize) -> f64 {
     range(problem.episodes.iter().filter(|e| !e.held_out).flat_map(|e| &e.joints[j].command))
 }
 
-/// Position and velocity at sample `k`, from a parabola through the samples up to it.
+/// Position and velocity at sample `k`, from a cubic through the samples up to it.
 fn causal_state(episode: &EpisodeData, k: usize) -> Option<[f64; 2]> {
-    let raw = &episode.joints[0].raw[k.saturating_sub(episode.first_stage.half)..=k];
+    let raw = &episode.joints[0].raw[k.saturating_sub(episode.first_stage.half / 2)..=k];
     let count = raw.len();
     let time = |i: usize| (i as f64 + 1.0 - count as f64) * episode.dt;
-    let matrix = nalgebra::DMatrix::from_fn(count, 3, |i, power| time(i).powi(power as i32));
+    let matrix = nalgebra::DMatrix::from_fn(count, 4, |i, power| time(i).powi(power as i32));
     let found = matrix.svd(true, true).solve(&nalgebra::DVector::from_column_slice(raw), 1e-12).ok()?;
     Some([found[0], found[1]])
 }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trundle._optional import require
+from trundle import _native
 from trundle._types import JointAnswer
 from trundle.atomic import atomic_folder
 from trundle.display import Card, Displayed
@@ -104,8 +104,6 @@ class JointDiagnosis(Displayed):
 
 def _write_predictions(path: Path, predictions: dict[str, MotionPath], joints: list[str]) -> None:
     """Write the columns `episode`, `t`, `scored`, and three for each joint."""
-    pyarrow = require("pyarrow", "experiments", "tables of predictions")
-    parquet = require("pyarrow.parquet", "experiments", "tables of predictions")
     columns: dict[str, Any] = {"episode": [], "t": np.empty(0), "scored": np.empty(0, bool)}
     columns |= {f"{side}_q_{joint}": np.empty(0) for joint in joints for side in SIDES}
     for name, own in predictions.items():
@@ -118,12 +116,7 @@ def _write_predictions(path: Path, predictions: dict[str, MotionPath], joints: l
             for k, joint in enumerate(joints):
                 key = f"{side}_q_{joint}"
                 columns[key] = np.r_[columns[key], q[:, k]]
-    kinds = {"episode": pyarrow.string(), "scored": pyarrow.bool_()}
-    arrays = {
-        key: pyarrow.array(values, kinds.get(key, pyarrow.float64()), from_pandas=True)
-        for key, values in columns.items()
-    }
-    parquet.write_table(pyarrow.table(arrays), path)
+    _native._write_table(path, list(columns.items()))
 
 
 SIDES = ("observed", "before", "after")

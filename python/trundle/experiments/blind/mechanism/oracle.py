@@ -10,7 +10,6 @@ import tomllib
 from scipy.signal import butter, sosfiltfilt
 
 from trundle import _native
-from trundle._types import JointMotion
 from trundle.experiments.sampling import Floats
 from trundle.mechanism import Mechanism, Payload
 
@@ -128,10 +127,10 @@ def low_pass(values: Floats, motion: dict[str, Any], one: dict[str, Any]) -> Any
     return found[ends : len(found) - ends]
 
 
-def load_recording(folder: Path) -> tuple[dict[str, Any], dict[str, Mechanism], JointMotion]:
+def load_recording(folder: Path) -> tuple[dict[str, Any], dict[str, Mechanism], dict[str, Any]]:
     """Return the settings of a recording, its mechanism by episode, and its smoothed motion."""
     settings = tomllib.loads((folder / "recording.toml").read_text(encoding="utf-8"))
-    motion = _native._joint_motion(folder)
+    motion: dict[str, Any] = {**_native._joint_motion(folder)}
     mechanisms = {}
     for name in motion["episodes"]:
         given = settings.get("episode", {}).get(name, {}).get("payload")
