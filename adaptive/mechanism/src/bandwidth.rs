@@ -6,7 +6,7 @@ use crate::resample::{Grid, interpolated, median_interval};
 /// Standard deviation of a Gaussian filter with a cut-off (-3 dB) of 1 Hz, s: √(ln 2)/(2π).
 pub(crate) const SD_OF_ONE_HERTZ: f64 = 0.1325;
 /// Largest share of the accelerations' variance that may be noise.
-const MAX_NOISE_SHARE: f64 = 0.05;
+const MAX_NOISE_SHARE: f64 = 0.01;
 /// Shares of the variances of velocity and acceleration that the filter keeps, of those at the highest useful cut-off
 /// frequency. The first keeps the amplitude of a swing, the second the reversals of a motion at constant speeds.
 const MIN_SIGNAL_SHARES: [f64; 2] = [0.95, 0.7];
@@ -15,7 +15,7 @@ const STEP: f64 = 1.25;
 /// Most filtered samples of a joint. More only cost time: a friction law does not need them.
 const MAX_SAMPLES: f64 = 4000.0;
 /// Fewest filtered samples of a joint, if the noise allows them.
-const MIN_SAMPLES: f64 = 100.0;
+const MIN_SAMPLES: f64 = 200.0;
 /// Standard deviations of the filter between samples that are compared. Noise of neighbours is then correlated by 0.1.
 pub(crate) const SPACING_SDS: f64 = 3.0;
 

@@ -15,8 +15,9 @@ pub(crate) const MAX_STEPS: usize = 30;
 const TOLERANCE: f64 = 1e-6;
 /// Residuals beyond this number of standard deviations count linearly (Huber 1964).
 const HUBER_SDS: f64 = 3.0;
-/// Standard deviation that filters and integrators leave in the best case, as a share of the effort.
-const MIN_RELATIVE_ERROR: f64 = 1e-3;
+/// Standard deviation that filters, integrators and the sampling of efforts leave in the best case, as a share of the
+/// effort. Sensors and motor constants are no better.
+const MIN_RELATIVE_ERROR: f64 = 3e-3;
 /// Fewest folds of the cross-validation; fewer episodes are divided in time.
 const MIN_FOLDS: usize = 6;
 

@@ -14,7 +14,7 @@ const REST_NOISE_SDS: f64 = 3.0;
 /// Least speed that counts as motion, as a share of the joint's rms velocity.
 const MIN_SPEED_SHARE: f64 = 0.05;
 /// Least share of a compared sample's weight at which the joint must move.
-const MIN_MOVING_SHARE: f64 = 0.5;
+const MIN_MOVING_SHARE: f64 = 0.9;
 
 /// What drives a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

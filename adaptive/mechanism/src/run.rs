@@ -22,6 +22,8 @@ use trundle_diagnose::{
 };
 use trundle_infer::Watch;
 
+/// Fewest independent samples of a joint: five for each parameter of an axis with two effects.
+const MIN_SAMPLES: usize = 30;
 /// Least probability of an alternative that is reported.
 const MIN_ALTERNATIVE_PROBABILITY: f64 = 0.005;
 
@@ -55,13 +57,13 @@ pub fn diagnose_joints(
 
 fn require_samples(problem: &Problem) -> Result<(), MechanismError> {
     let most = (0..problem.joints.len()).map(|j| problem.samples(j)).max().unwrap_or(0);
-    if most >= 50 {
+    if most >= MIN_SAMPLES {
         return Ok(());
     }
     Err(MechanismError::Unsuitable {
         recording: problem.name.clone(),
         reason: format!(
-            "the joints move in {most} independent samples of the training episodes, and 50 are needed"
+            "the joints move in {most} independent samples of the training episodes, and {MIN_SAMPLES} are needed"
         ),
         remedy: "record longer or faster motion".to_owned(),
     })
