@@ -3,7 +3,7 @@
 use crate::common;
 use crate::equation::JointModel;
 use crate::model::{Effect, Slot, slots};
-use crate::problem::Problem;
+use crate::problem::{Drive, Problem};
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Dual;
 
@@ -15,9 +15,10 @@ pub(crate) const MAX_STEPS: usize = 30;
 const TOLERANCE: f64 = 1e-6;
 /// Residuals beyond this number of standard deviations count linearly (Huber 1964).
 const HUBER_SDS: f64 = 3.0;
-/// Standard deviation that filters, integrators and the sampling of efforts leave in the best case, as a share of the
-/// effort. Sensors and motor constants are no better.
-const MIN_RELATIVE_ERROR: f64 = 3e-3;
+/// Standard deviation that filters and integrators leave in the best case, as a share of the effort.
+const MIN_NUMERICAL_ERROR: f64 = 1e-3;
+/// The same with a drive, whose effort is sampled. Sensors and motor constants are no better.
+const MIN_DRIVE_ERROR: f64 = 3e-3;
 /// Fewest folds of the cross-validation; fewer episodes are divided in time.
 const MIN_FOLDS: usize = 6;
 
@@ -174,7 +175,8 @@ fn joint_rows(
 /// Robust standard deviation of residuals, and the weight of each.
 pub(crate) fn robust_sd(problem: &Problem, joint: usize, residual: &DVector<f64>) -> f64 {
     let setup = &problem.joints[joint];
-    let floor = setup.noise.max(MIN_RELATIVE_ERROR * setup.scales.effort);
+    let share = if setup.drive == Drive::None { MIN_NUMERICAL_ERROR } else { MIN_DRIVE_ERROR };
+    let floor = setup.noise.max(share * setup.scales.effort);
     if residual.is_empty() {
         return floor;
     }
