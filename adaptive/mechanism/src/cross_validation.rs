@@ -3,8 +3,9 @@
 //! The equations are nearly linear in the parameters, so that the fit without a part is one step from the fit to all
 //! parts (the one-step jackknife; Efron 1982).
 
-use crate::fit::{Fit, JointRows, Scope, bounded_step, evaluate, normal_equations, parts, weight};
+use crate::fit::{Fit, bounded_step};
 use crate::problem::Problem;
+use crate::rows::{JointRows, Scope, evaluate, normal_equations, parts, weight};
 use nalgebra::DVector;
 
 /// Predicted residuals of every joint, in order of time within each fold.

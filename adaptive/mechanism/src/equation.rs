@@ -1,9 +1,10 @@
 //! The equation of one joint along the measured motion: what its drive and the laws exert, less what the mechanism
 //! needs. Its residual is zero for the right model.
 
-use crate::laws::{JointSample, Law};
+use crate::laws::{JointSample, Law, law_terms};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
-use crate::problem::{Drive, EpisodeData, JointSetup, Problem, Series};
+use crate::problem::{Drive, EpisodeData, JointSetup, Problem};
+use crate::series::Series;
 use trundle_model::Real;
 
 /// Transmitted effort, as a share of its rms, below which drive and joint lose contact within a play.
@@ -87,10 +88,20 @@ impl<T: Real> JointModel<T> {
         command
     }
 
+    /// Gain of the drive in an episode.
+    fn gain_of(&self, series: &Series) -> T {
+        series.gain.map(T::lift).or(self.gain).unwrap_or_else(|| T::lift(1.0))
+    }
+
+    /// Effort of the drive for the largest command of the training episodes, without other laws.
+    fn largest_effort(&self, setup: &JointSetup, series: &Series) -> f64 {
+        setup.largest_command * self.gain_of(series).re().abs()
+    }
+
     /// Effort of the drive for a command at position `q` and velocity `v`; `on` is whether it is switched on.
     pub fn drive_effort(&self, setup: &JointSetup, series: &Series, command: T, [q, v, on]: [f64; 3]) -> T {
-        let gain = series.gain.map(T::lift).or(self.gain).unwrap_or_else(|| T::lift(1.0));
-        let largest = setup.largest_command * gain.re().abs();
+        let gain = self.gain_of(series);
+        let largest = self.largest_effort(setup, series);
         let mut effort = match setup.drive {
             Drive::None => return T::zero(),
             Drive::Effort(_) => self.laws.iter().fold(command * gain, |effort, law| law.correct(effort)),
@@ -149,32 +160,33 @@ impl<T: Real> JointModel<T> {
         let transmitted: Vec<f64> = (0..series.q.len()).map(transmitted).collect();
         let compliant = self.compliant(setup.encoder_on_drive, &transmitted, &own_inertia, episode.dt);
         let [_, _, loss] = problem.of_model[j];
+        let largest = self.largest_effort(setup, series);
         let mut held = vec![false; series.q.len()];
         let one = |k: usize| {
             let (q, v, a) = (series.q[k], series.v[k], series.a[k]);
             let external = known[k] - (needed[k].re() - own_inertia(k) * a);
             let load = series.load.as_ref().map(|load| load[k]);
             let at = JointSample { q, v, a, drive: drive.as_ref().map(|drive| drive[k]), external, load };
-            let mut rest = at.drive.unwrap_or_else(T::zero) + known[k] - needed[k] - self.armature * a;
-            rest -= (self.damping + self.back_emf * series.on[k]) * v;
+            let mut net = at.drive.unwrap_or_else(T::zero) + known[k] - needed[k] - self.armature * a;
+            net -= (self.damping + self.back_emf * series.on[k]) * v;
             if let Some(compliant) = &compliant {
-                rest += compliant[k];
+                net += compliant[k];
             }
             let mut level = T::lift(loss);
             let mut response = self.gain.map_or_else(|| T::lift(1.0), |gain| gain / setup.reference_gain);
             for law in &self.laws {
-                if let Some(factor) = law.response(&at, setup.largest_command) {
+                if let Some(factor) = law.response(&at, largest) {
                     response = response * factor;
                 }
-                rest += law.effort(&at);
+                net += law.effort(&at);
                 level += law.dry_friction(&at);
             }
-            let direction = if v.abs() >= setup.rest_speed { v } else { rest.re() };
-            if v.abs() < setup.rest_speed && rest.re().abs() <= level.re() {
+            let direction = if v.abs() >= setup.rest_speed { v } else { net.re() };
+            if v.abs() < setup.rest_speed && net.re().abs() <= level.re() {
                 held[k] = true;
                 return T::zero();
             }
-            let error = if direction > 0.0 { rest - level } else { rest + level };
+            let error = if direction > 0.0 { net - level } else { net + level };
             // A law that strengthens the drive must not reduce the errors of the motion either.
             match response.re() {
                 large if large >= 1.0 => error,
@@ -231,10 +243,8 @@ impl JointModel<f64> {
 
     /// Effort of the laws, level of dry friction, damping, and inertia that they add, at a state.
     pub fn terms(&self, at: &JointSample<f64>, on: f64) -> [f64; 4] {
-        let effort = |a: f64| self.laws.iter().map(|law| law.effort(&JointSample { a, ..*at })).sum::<f64>();
-        let dry = self.laws.iter().map(|law| law.dry_friction(at)).sum();
-        let free = effort(0.0);
-        [free, dry, self.damping + self.back_emf * on, self.armature + free - effort(1.0)]
+        let [effort, dry, inertia] = law_terms(&self.laws, at);
+        [effort, dry, self.damping + self.back_emf * on, self.armature + inertia]
     }
 
     /// Position and velocity of an axis after a step of `dt` seconds. Damping and dry friction are implicit.

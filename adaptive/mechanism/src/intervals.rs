@@ -1,9 +1,10 @@
 //! Standard deviations of fitted parameters.
 
-use crate::fit::{Fit, Scope, evaluate, normal_equations};
+use crate::fit::Fit;
 use crate::laws::JointKind;
 use crate::model::{Kind, Role};
 use crate::problem::Problem;
+use crate::rows::{Scope, evaluate, normal_equations};
 use crate::units::Unit;
 
 /// Largest share of the prior's standard deviation at which a parameter counts as identified.

@@ -13,8 +13,9 @@ use trundle_diagnose::{
     correlation_time, probability_of_gain,
 };
 
-/// Random features of the regression.
-const FEATURES: usize = 60;
+/// Most random features of the regression, and fewest samples for each.
+const MAX_FEATURES: usize = 60;
+const MIN_SAMPLES_PER_FEATURE: usize = 4;
 /// Ridge penalty, as a share of the number of samples.
 const RIDGE: f64 = 0.01;
 /// Autocorrelation of neighbouring samples above which a residual is no white noise. Filtered noise has 0.1.
@@ -32,17 +33,15 @@ pub(crate) struct LackOfFit {
 /// Lack of fit of a joint under a model.
 pub(crate) fn lack_of_fit(problem: &Problem, model: &Tried, joint: usize) -> LackOfFit {
     let residuals = &model.left_out.residuals[joint];
-    let rows = crate::fit::evaluate(
+    let rows = crate::rows::evaluate(
         problem,
         &model.fit.effects,
         &model.fit.slots,
         &model.fit.values,
-        crate::fit::Scope::Training,
+        crate::rows::Scope::Training,
         false,
     );
-    let Some(own) =
-        rows.iter().find(|rows| rows.joint == joint).filter(|own| own.places.len() > 2 * FEATURES)
-    else {
+    let Some(own) = rows.iter().find(|rows| rows.joint == joint).filter(|own| !own.places.is_empty()) else {
         return LackOfFit::default();
     };
     let sd = model.fit.sd[joint];
@@ -107,18 +106,19 @@ fn input(problem: &Problem, joint: usize, episode: usize, k: usize) -> Vec<f64> 
 fn features(inputs: &[Vec<f64>]) -> DMatrix<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let width = inputs.first().map_or(0, Vec::len);
+    let count = (inputs.len() / MIN_SAMPLES_PER_FEATURE).min(MAX_FEATURES);
     let normal = |rng: &mut ChaCha8Rng| (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
-    let directions: Vec<(Vec<f64>, f64)> = (0..FEATURES)
+    let directions: Vec<(Vec<f64>, f64)> = (0..count)
         .map(|_| {
             let direction = (0..width).map(|_| normal(&mut rng)).collect();
             (direction, rng.random_range(0.0..std::f64::consts::TAU))
         })
         .collect();
-    DMatrix::from_fn(inputs.len(), FEATURES + width, |row, column| {
+    DMatrix::from_fn(inputs.len(), count + width, |row, column| {
         if let Some((direction, phase)) = directions.get(column) {
             (direction.iter().zip(&inputs[row]).map(|(a, b)| a * b).sum::<f64>() + phase).cos()
         } else {
-            inputs[row][column - FEATURES]
+            inputs[row][column - count]
         }
     })
 }

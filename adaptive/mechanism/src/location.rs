@@ -26,16 +26,16 @@ struct Sample {
 
 fn samples(problem: &Problem, model: &Tried, joint: usize) -> Vec<Sample> {
     let fit = &model.fit;
-    let rows = crate::fit::evaluate(
+    let rows = crate::rows::evaluate(
         problem,
         &fit.effects,
         &fit.slots,
         &fit.values,
-        crate::fit::Scope::Training,
+        crate::rows::Scope::Training,
         false,
     );
     let Some(own) = rows.iter().find(|own| own.joint == joint) else { return vec![] };
-    let one = |(row, place): (usize, &crate::fit::Place)| {
+    let one = |(row, place): (usize, &crate::rows::Place)| {
         let episode = &problem.episodes[place.episode];
         let series = &episode.joints[joint];
         Sample {

@@ -68,7 +68,7 @@ impl Kind {
     #[must_use]
     pub fn params(self) -> Vec<ParamSpec> {
         use crate::laws::{Scale, positive, signed};
-        let of_body = |name| ParamSpec { scale: Scale::One, ..signed(name, Unit::Length, Scale::One) };
+        let of_body = |name| signed(name, Unit::Length, Scale::One);
         match self {
             Self::Joint(kind, _) => kind.spec().params.to_vec(),
             Self::Payload(_) => vec![

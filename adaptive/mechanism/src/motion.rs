@@ -8,6 +8,8 @@ use trundle_record::JointRecording;
 
 /// Longest gap between positions, standard deviations of the filter.
 const MAX_GAP_SDS: f64 = 6.0;
+/// Range of a joint's positions, standard deviations of their noise, above which it moves (MECHANISM.md).
+const MIN_RANGE_SDS: f64 = 10.0;
 /// Fewest positions of a joint in an episode.
 const MIN_POSITIONS: usize = 20;
 
@@ -57,7 +59,7 @@ pub struct Motion {
 }
 
 /// Smooth the positions of a recording. All joints share the filter, because their efforts depend on each other's
-/// acceleration.
+/// acceleration. Training episodes alone decide about it.
 ///
 /// # Errors
 /// If an episode has too few positions.
@@ -68,16 +70,23 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
         let of = |episode: &trundle_record::Episode| positions(recording, &episode.name, joint);
         streams.push(recording.episodes.iter().map(of).collect::<Result<_, _>>()?);
     }
+    let is_training: Vec<bool> =
+        recording.episodes.iter().map(|episode| !recording.metadata.is_held_out(&episode.name)).collect();
     let stated = recording.metadata.noise.as_ref().and_then(|noise| noise.position.as_ref());
     let mut position_noise = vec![];
     let mut bandwidth = f64::INFINITY;
     for (joint, episodes) in joints.iter().zip(&streams) {
-        let all: Vec<Positions<'_>> = episodes.iter().map(|(t, q)| Positions { t, q }).collect();
-        let sd = stated.and_then(|by| by.of(joint)).copied().unwrap_or_else(|| noise(&all));
+        let training: Vec<Positions<'_>> = episodes
+            .iter()
+            .zip(&is_training)
+            .filter(|(_, is_training)| **is_training)
+            .map(|((t, q), _)| Positions { t, q })
+            .collect();
+        let sd = stated.and_then(|by| by.of(joint)).copied().unwrap_or_else(|| noise(&training));
         position_noise.push(sd);
-        let moves = range(episodes.iter().flat_map(|(_, q)| q)) > 10.0 * sd;
+        let moves = range(training.iter().flat_map(|episode| episode.q)) > MIN_RANGE_SDS * sd;
         if moves {
-            bandwidth = bandwidth.min(cutoff(&all, sd, slowest_interval(recording, joint)));
+            bandwidth = bandwidth.min(cutoff(&training, sd, slowest_interval(recording, joint)));
         }
     }
     if !bandwidth.is_finite() {
@@ -93,7 +102,7 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
         smooth(recording, k, &own, stage_sd)
     };
     let episodes: Vec<EpisodeMotion> = (0..recording.episodes.len()).map(one).collect();
-    let dt = episodes.first().map_or(stage_sd, |episode| episode.grid.dt);
+    let dt = episodes.iter().find(|episode| !episode.held_out).map_or(stage_sd, |episode| episode.grid.dt);
     let amplification = Kernel::flat(stage_sd, dt).noise()[1];
     let velocity_noise = position_noise.iter().map(|sd| sd * amplification).collect();
     Ok(Motion { joints, episodes, bandwidth, position_noise, velocity_noise, stage_sd })
@@ -122,7 +131,7 @@ fn positions(
         })
 }
 
-/// Largest median interval of a joint's positions and of its drive's stream, s.
+/// Largest median interval of a joint's positions and of its drive's stream in the training episodes, s.
 fn slowest_interval(recording: &JointRecording, joint: &str) -> f64 {
     let streams = ["q", "effort", "target"];
     let of = |episode: &trundle_record::Episode| {
@@ -130,7 +139,8 @@ fn slowest_interval(recording: &JointRecording, joint: &str) -> f64 {
             streams.iter().filter_map(|stream| median_interval(&episode.joint_stream(stream, joint)?.0));
         intervals.fold(0.0, f64::max)
     };
-    recording.episodes.iter().map(of).fold(0.0, f64::max)
+    let is_training = |episode: &&trundle_record::Episode| !recording.metadata.is_held_out(&episode.name);
+    recording.episodes.iter().filter(is_training).map(of).fold(0.0, f64::max)
 }
 
 fn smooth(

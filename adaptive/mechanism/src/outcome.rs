@@ -3,7 +3,7 @@
 use crate::answer::JointAnswer;
 use crate::figures::{OpenLoop, open_loop};
 use crate::fit::Fit;
-use crate::laws::{JointSample, Law};
+use crate::laws::{JointSample, Law, law_terms};
 use crate::model::{Effect, Kind};
 use crate::problem::Problem;
 use std::collections::BTreeMap;
@@ -40,6 +40,8 @@ pub struct FittedMechanism {
     pub nominal: BTreeMap<String, f64>,
     /// Effects with their values.
     pub effects: Vec<Effect>,
+    /// The laws of each joint.
+    laws: Vec<Vec<Law<f64>>>,
 }
 
 impl FittedMechanism {
@@ -47,27 +49,26 @@ impl FittedMechanism {
         let nominal = |(slot, value): (&crate::model::Slot, &f64)| {
             matches!(slot.role, crate::model::Role::Nominal(_)).then(|| (slot.name.clone(), *value))
         };
+        let effects = fit.fitted_effects();
+        let of_joint = |j: usize| -> Vec<Law<f64>> {
+            let law = |effect: &Effect| match effect.kind {
+                Kind::Joint(kind, joint) if joint == j => Some(Law::of(kind, &effect.values)),
+                _ => None,
+            };
+            effects.iter().filter_map(law).collect()
+        };
         Self {
             joints: problem.joints.iter().map(|joint| joint.name.clone()).collect(),
             bodies: problem.bodies.iter().map(|(name, _)| name.clone()).collect(),
             nominal: fit.slots.iter().zip(&fit.values).filter_map(nominal).collect(),
-            effects: fit.fitted_effects(),
+            laws: (0..problem.joints.len()).map(of_joint).collect(),
+            effects,
         }
     }
 
     /// Effort, level of dry friction and added inertia of the laws of joint `j` at a state.
     #[must_use]
     pub fn terms(&self, j: usize, at: &JointSample<f64>) -> [f64; 3] {
-        let laws: Vec<Law<f64>> = self
-            .effects
-            .iter()
-            .filter_map(|effect| match effect.kind {
-                Kind::Joint(kind, joint) if joint == j => Some(Law::of(kind, &effect.values)),
-                _ => None,
-            })
-            .collect();
-        let effort = |a: f64| laws.iter().map(|law| law.effort(&JointSample { a, ..*at })).sum::<f64>();
-        let free = effort(0.0);
-        [free, laws.iter().map(|law| law.dry_friction(at)).sum(), free - effort(1.0)]
+        law_terms(&self.laws[j], at)
     }
 }

@@ -1,7 +1,7 @@
 //! Periods of a residual in the position of a joint.
 
-use crate::fit::JointRows;
 use crate::problem::Problem;
+use crate::rows::JointRows;
 
 /// Periods that are tried as starting points of a fit.
 const MAX_PERIODS: usize = 3;

@@ -5,9 +5,9 @@ use crate::error::MechanismError;
 use crate::kernel::Kernel;
 use crate::laws::JointScales;
 use crate::motion::{EpisodeMotion, Motion};
-use crate::resample::{held, interpolated};
+use crate::series::Series;
 use crate::units::EffortUnit;
-use trundle_record::{Axis, EffortSource, EncoderSide, FreeOr, JointRecording};
+use trundle_record::{Axis, EffortSource, EncoderSide, JointRecording};
 
 /// Standard deviations of the velocity's noise below which a joint counts as at rest.
 const REST_NOISE_SDS: f64 = 3.0;
@@ -52,28 +52,6 @@ pub struct JointSetup {
     pub reference_gain: f64,
     /// Standard deviation of the stated noise of the effort after the filter; zero if it is not stated.
     pub noise: f64,
-}
-
-/// One joint in one episode, at the uniform times of the motion.
-#[derive(Clone, Debug)]
-pub(crate) struct Series {
-    pub raw: Vec<f64>,
-    pub q: Vec<f64>,
-    pub v: Vec<f64>,
-    pub a: Vec<f64>,
-    /// Recorded effort or target, unfiltered.
-    pub command: Vec<f64>,
-    /// Gain of the effort or stiffness of the target in this episode; `None` if it is free.
-    pub gain: Option<f64>,
-    /// Damping of the target's drive; `None` if it is free.
-    pub drive_damping: Option<f64>,
-    /// Limit of the target's drive.
-    pub limit: Option<f64>,
-    pub known: Vec<f64>,
-    pub on: Vec<f64>,
-    pub load: Option<Vec<f64>>,
-    /// Samples that are compared.
-    pub kept: Vec<usize>,
 }
 
 /// One episode.
@@ -250,13 +228,14 @@ impl Problem {
         };
         let stated =
             recording.metadata.noise.as_ref().and_then(|noise| noise.effort.as_ref()?.of(name).copied());
-        let kernel = self.episodes.first().map(|e| e.kernel.noise()).unwrap_or_default();
+        let first = self.episodes.iter().find(|e| !e.held_out);
+        let kernel = first.map(|e| e.kernel.noise()).unwrap_or_default();
         // Both stages together have √2 times the standard deviation of one.
         let noise = stated.unwrap_or(0.0) * gain.unwrap_or(1.0) * kernel[0] * 2f64.powf(-0.25);
         let largest_command =
-            training.iter().map(|s| largest_command(s, drive)).fold(f64::MIN_POSITIVE, f64::max);
+            training.iter().map(|s| s.largest_command(drive)).fold(f64::MIN_POSITIVE, f64::max);
         JointSetup {
-            reference_gain: effort / largest_command,
+            reference_gain: if largest_command > f64::MIN_POSITIVE { effort / largest_command } else { 1.0 },
             largest_command,
             name: name.to_owned(),
             is_hinge,
@@ -278,7 +257,8 @@ impl Problem {
                 .gravity_torque
                 .map_or(inertial, |torque| inertial.max(torque.abs() * angle.min(1.0)));
         }
-        let efforts = self.episodes.iter().filter_map(|e| e.dynamics.as_ref()).flat_map(|d| &d.effort[j]);
+        let training = self.episodes.iter().filter(|e| !e.held_out);
+        let efforts = training.filter_map(|e| e.dynamics.as_ref()).flat_map(|d| &d.effort[j]);
         let (sum, count) =
             efforts.fold((0.0, 0.0), |(sum, count), effort| (sum + effort * effort, count + 1.0));
         (sum / f64::max(count, 1.0)).sqrt()
@@ -353,7 +333,7 @@ fn episode_data(
     drives: &[Drive],
     dynamics: Option<EpisodeDynamics>,
 ) -> EpisodeData {
-    let one = |j: usize| series(recording, episode, j, &motion.joints[j], drives[j]);
+    let one = |j: usize| Series::new(recording, episode, j, &motion.joints[j], drives[j]);
     EpisodeData {
         name: episode.name.clone(),
         held_out: episode.held_out,
@@ -363,52 +343,6 @@ fn episode_data(
         kernel: Kernel::new(motion.stage_sd, episode.grid.dt),
         joints: (0..motion.joints.len()).map(one).collect(),
         dynamics,
-    }
-}
-
-fn series(
-    recording: &JointRecording,
-    episode: &EpisodeMotion,
-    j: usize,
-    joint: &str,
-    drive: Drive,
-) -> Series {
-    let (meta, grid) = (&recording.metadata, &episode.grid);
-    let stream = |name: &str, late: f64| {
-        let (t, values) = recording.stream(&episode.name, name, joint)?;
-        Some((t.iter().map(|t| t - late).collect::<Vec<f64>>(), values))
-    };
-    let effort = meta.effort_of(&episode.name, joint);
-    let target = meta.target_of(&episode.name, joint);
-    let sampled = |name: &str, is_held: bool| {
-        let (t, values) = stream(name, meta.delay_of(name, joint))?;
-        Some(if is_held { held(&t, &values, grid) } else { interpolated(&t, &values, grid) })
-    };
-    let zeros = || vec![0.0; grid.len];
-    let (command, gain) = match drive {
-        Drive::None => (None, Some(1.0)),
-        Drive::Effort(source) => {
-            let is_held = matches!(source, EffortSource::Commanded | EffortSource::Voltage);
-            (sampled("effort", is_held), effort.gain.value())
-        }
-        Drive::Target => (sampled("target", true), target.stiffness.value()),
-    };
-    Series {
-        raw: episode.raw[j].clone(),
-        q: episode.q[j].clone(),
-        v: episode.v[j].clone(),
-        a: episode.a[j].clone(),
-        command: command.unwrap_or_else(zeros),
-        gain,
-        drive_damping: match target.damping {
-            FreeOr::Free => None,
-            FreeOr::Value(value) => Some(value),
-        },
-        limit: (drive == Drive::Target).then_some(target.limit).flatten(),
-        known: sampled("known", false).unwrap_or_else(zeros),
-        on: sampled("on", true).unwrap_or_else(|| vec![1.0; grid.len]),
-        load: sampled("load", false),
-        kept: vec![],
     }
 }
 
@@ -435,10 +369,4 @@ fn keep(episode: &mut EpisodeData, j: usize, rest_speed: f64, motions: &[Episode
 fn motion_sd(kernel: &Kernel, dt: f64) -> f64 {
     let offset = |k: usize| (k as f64 - kernel.half as f64) * dt;
     kernel.value.iter().enumerate().map(|(k, w)| w * offset(k).powi(2)).sum::<f64>().sqrt()
-}
-
-/// Largest recorded effort, or largest error of the target.
-fn largest_command(series: &Series, drive: Drive) -> f64 {
-    let error = |k: usize| if drive == Drive::Target { series.raw[k] } else { 0.0 };
-    series.command.iter().enumerate().map(|(k, command)| (command - error(k)).abs()).fold(0.0, f64::max)
 }

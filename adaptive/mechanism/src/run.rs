@@ -6,13 +6,14 @@ use crate::answer::{
 };
 use crate::error::MechanismError;
 use crate::figures::figures;
-use crate::fit::{Fit, Scope, fit};
-use crate::intervals::{Interval, intervals};
+use crate::fit::{Fit, fit};
+use crate::intervals::{Interval, are_defined, intervals};
 use crate::lack_of_fit::{LackOfFit, lack_of_fit};
 use crate::location::{regime, shares, windows};
 use crate::model::{Kind, Role, label};
 use crate::outcome::JointOutcome;
 use crate::problem::Problem;
+use crate::rows::Scope;
 use crate::search::{Found, Searcher, Support, Tried};
 use crate::statement::statement;
 use std::collections::BTreeMap;
@@ -115,6 +116,7 @@ fn answer(
 ) -> JointAnswer {
     let times = searcher.times(&found.best);
     let best = found.best.clone();
+    let immaterial = immaterial(problem, searcher, found, &best);
     let bound = best.log_evidence(&times) - 2.0 * MAX_TIE_DIFFERENCE_NATS;
     found.tried = searcher.supported(&mut found.tried, &times, bound);
     let weights = weights(found, &times);
@@ -145,7 +147,7 @@ fn answer(
         alternatives: alternatives(problem, found, &weights),
         tied_sets: if tied.len() > 1 { vec![tied.clone()] } else { vec![] },
         tied: single_ties(&tied),
-        immaterial: vec![],
+        immaterial: if verdict == Verdict::Unexplained { vec![] } else { immaterial },
         mismatch: JointMismatch {
             joints: shares(problem, &found.base, &found.best),
             regime: if is_consistent { None } else { regime(problem, &found.base, worst) },
@@ -252,6 +254,33 @@ fn reported(
         place: place(problem, effect.kind),
         explains,
     }
+}
+
+/// Effects that improve the prediction of left-out parts with certainty, but not by a material share, each in addition to
+/// the best model. Of several names for one joint only the best is kept.
+fn immaterial(problem: &Problem, searcher: &Searcher<'_>, found: &Found, best: &Tried) -> Vec<JointEffect> {
+    let own = best.kinds();
+    let mut all: Vec<(f64, Option<usize>, JointEffect)> = vec![];
+    for tried in found.tried.iter().filter(|tried| tried.fit.effects.len() == own.len() + 1) {
+        let new = tried.fit.effects.iter().position(|effect| !own.contains(&effect.kind));
+        let (Some(k), true) = (new, own.iter().all(|kind| tried.kinds().contains(kind))) else { continue };
+        let support = searcher.support(best, tried);
+        let times = searcher.times(tried);
+        if support.is_certain() && !support.is_material() && are_defined(problem, &tried.fit, &times) {
+            let spread = intervals(problem, &tried.fit, &times);
+            let explains = rise(problem, &best.fit, &tried.fit);
+            let effect = reported(problem, &tried.fit, &spread, k, calibrated(support.probability), explains);
+            all.push((support.error_ratio, tried.fit.effects[k].kind.joint(), effect));
+        }
+    }
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut kept: Vec<(Option<usize>, JointEffect)> = vec![];
+    for (_, joint, effect) in all {
+        if kept.iter().all(|(other, _)| *other != joint) {
+            kept.push((joint, effect));
+        }
+    }
+    kept.into_iter().map(|(_, effect)| effect).collect()
 }
 
 /// Sets of effects whose models fit as well as the best one, its own first.

@@ -3,12 +3,14 @@
 
 use crate::cross_validation::{LeftOut, left_out};
 use crate::error::MechanismError;
-use crate::fit::{Fit, MAX_STEPS, Others, Scope, evaluate, fit, fit_with, weight};
+use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
 use crate::intervals::are_defined;
 use crate::laws::JointKind;
-use crate::model::{Effect, Kind};
+use crate::model::{Effect, Kind, Role};
+use crate::others::Others;
 use crate::periodogram::best_periods;
 use crate::problem::Problem;
+use crate::rows::{Scope, evaluate, weight};
 use rayon::prelude::*;
 use trundle_diagnose::{
     MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO, PredictedSample, PredictedSamples, correlation_time,
@@ -150,7 +152,8 @@ impl Searcher<'_> {
     /// Models with one more effect, fitted to their optimum, the best first.
     fn children(&self, parent: &Tried, tried: &mut Vec<Tried>) -> Result<Vec<Tried>, MechanismError> {
         let times = self.times(parent);
-        let others = Others::of(self.problem, &parent.fit);
+        let Fit { effects, slots, values, sd, .. } = &parent.fit;
+        let others = Others::of(self.problem, effects, slots, values, sd);
         let kinds: Vec<Kind> = Kind::candidates(self.problem)
             .into_iter()
             .filter(|kind| self.is_offered(parent, *kind))
@@ -181,7 +184,7 @@ impl Searcher<'_> {
 
     fn is_offered(&self, parent: &Tried, kind: Kind) -> bool {
         let is_new = parent.fit.effects.iter().all(|e| e.kind != kind);
-        // Two changes of the same signal's time cannot be told apart.
+        // Play and elasticity of one joint share the only compliance of its equation.
         let conflicts = |other: Kind| match (kind, other) {
             (Kind::Joint(a, j), Kind::Joint(b, k)) => j == k && is_compliance(a) && is_compliance(b),
             _ => false,
@@ -219,7 +222,7 @@ impl Searcher<'_> {
             };
             let added = (found.slots.len() - parent.fit.slots.len()) as f64;
             let lost = match scope {
-                Scope::Joint(joint) => others.cost(joint, &found) / times[joint],
+                Scope::Joint(joint) => others.cost(joint, &found.values) / times[joint],
                 _ => 0.0,
             };
             let gain = joints.iter().map(own).sum::<f64>() - lost - 0.5 * added * samples.max(1.0).ln();
@@ -283,10 +286,10 @@ impl Searcher<'_> {
         let mut from = model.fit.clone();
         from.slots.iter_mut().for_each(|slot| {
             // Indices of the effects behind the removed one change.
-            if let crate::model::Role::Effect(k, param) = slot.role
+            if let Role::Effect(k, param) = slot.role
                 && k > index
             {
-                slot.role = crate::model::Role::Effect(k - 1, param);
+                slot.role = Role::Effect(k - 1, param);
             }
         });
         let found = self.tried(fit(self.problem, &effects, Some(&from), Scope::Training, MAX_STEPS));

@@ -49,29 +49,40 @@ fn episode(index: usize, extra: Extra, dry: f64, reading: fn(f64) -> f64) -> Epi
     episode
 }
 
-fn diagnosed(extra: Extra, dry: f64, reading: fn(f64) -> f64) -> JointAnswer {
-    diagnosed_in_units(extra, dry, reading, [1.0, 1.0])
-}
-
-/// A diagnosis of the same motion in units of position and effort that are smaller by these factors.
-fn diagnosed_in_units(extra: Extra, dry: f64, reading: fn(f64) -> f64, units: [f64; 2]) -> JointAnswer {
-    let metadata = JointMetadata::from_toml(
+/// A recording of eight episodes, of which the last two are held out; `effort` is added to `recording.toml`.
+fn recording(
+    extra: Extra,
+    dry: f64,
+    reading: fn(f64) -> f64,
+    effort: &str,
+    change: &dyn Fn(&mut Episode),
+) -> JointRecording {
+    let metadata = JointMetadata::from_toml(&format!(
         "format = \"trundle-recording/2\"\nname = \"bench\"\n[mechanism]\naxis = \"hinge\"\njoints = [\"arm\"]\n\
-         [split]\nheld_out = [\"episode_06\", \"episode_07\"]\n",
-    )
+         {effort}[split]\nheld_out = [\"episode_06\", \"episode_07\"]\n",
+    ))
     .unwrap();
     let one = |k: usize| {
         let mut episode = episode(k, extra, dry, reading);
-        for (title, factor) in ["q_arm", "effort_arm"].into_iter().zip(units) {
-            episode.columns.get_mut(title).unwrap().iter_mut().for_each(|value| *value *= factor);
-        }
+        change(&mut episode);
         episode
     };
-    let episodes = (0..8).map(one).collect();
-    let recording = JointRecording::new(metadata, episodes, BTreeMap::new()).unwrap();
-    let motion = motion(&recording).unwrap();
-    let problem = Problem::new(&recording, &motion, None).unwrap();
+    JointRecording::new(metadata, (0..8).map(one).collect(), BTreeMap::new()).unwrap()
+}
+
+/// Multiply a column.
+fn scale(episode: &mut Episode, title: &str, factor: f64) {
+    episode.columns.get_mut(title).unwrap().iter_mut().for_each(|value| *value *= factor);
+}
+
+fn answer(recording: &JointRecording) -> JointAnswer {
+    let motion = motion(recording).unwrap();
+    let problem = Problem::new(recording, &motion, None).unwrap();
     diagnose_joints(&problem, &[], &Quiet).unwrap().answer
+}
+
+fn diagnosed(extra: Extra, dry: f64, reading: fn(f64) -> f64) -> JointAnswer {
+    answer(&recording(extra, dry, reading, "", &|_| {}))
 }
 
 fn names(answer: &JointAnswer) -> Vec<&str> {
@@ -130,16 +141,71 @@ fn a_disturbance_in_time_is_unexplained() {
     assert_eq!((answer.verdict, names(&answer)), (Verdict::Unexplained, vec![]));
 }
 
+/// Dry friction and cogging.
+fn two_effects(effort: &str, change: &dyn Fn(&mut Episode)) -> JointAnswer {
+    answer(&recording(|_, q, _| 0.12 * (6.0 * q).sin(), 0.06, exact, effort, change))
+}
+
+fn assert_same(other: &JointAnswer, reference: &JointAnswer) {
+    assert_eq!((other.verdict, names(other)), (reference.verdict, names(reference)));
+    for (a, b) in other.missing.iter().zip(&reference.missing) {
+        assert!((a.probability - b.probability).abs() < 1e-3, "{a:?}");
+    }
+}
+
 #[test]
 fn the_answer_does_not_depend_on_the_units() {
-    let extra: Extra = |_, q, _| 0.12 * (6.0 * q).sin();
-    let of = |units| diagnosed_in_units(extra, 0.06, exact, units);
-    let reference = of([1.0, 1.0]);
-    for units in [[1024.0, 1.0], [1.0, 1.0 / 1024.0], [1.0 / 1024.0, 1024.0]] {
-        let other = of(units);
-        assert_eq!((other.verdict, names(&other)), (reference.verdict, names(&reference)), "{units:?}");
-        for (a, b) in other.missing.iter().zip(&reference.missing) {
-            assert!((a.probability - b.probability).abs() < 1e-3, "{units:?} {a:?}");
-        }
+    let reference = two_effects("", &|_| {});
+    for [length, force] in [[1024.0, 1.0], [1.0, 1.0 / 1024.0], [1.0 / 1024.0, 1024.0]] {
+        let other = two_effects("", &|episode| {
+            scale(episode, "q_arm", length);
+            scale(episode, "effort_arm", force);
+        });
+        assert_same(&other, &reference);
     }
+}
+
+#[test]
+fn the_answer_does_not_depend_on_the_recorded_unit_of_a_command() {
+    let reference = two_effects("[effort]\nsource = \"commanded\"\n", &|_| {});
+    let other = two_effects("[effort]\nsource = \"commanded\"\ngain = 32.0\n", &|episode| {
+        scale(episode, "effort_arm", 1.0 / 32.0);
+    });
+    assert_same(&other, &reference);
+}
+
+#[test]
+fn held_out_episodes_change_no_name_and_no_value() {
+    let reference = two_effects("", &|_| {});
+    let other = two_effects("", &|episode| {
+        if episode.name >= "episode_06".to_owned() {
+            let positions = episode.columns.get_mut("q_arm").unwrap();
+            positions.iter_mut().enumerate().for_each(|(k, q)| *q = 3.0 * *q + 0.05 * noise(k));
+            scale(episode, "effort_arm", -0.3);
+        }
+    });
+    // The order of the effects is that of their contributions in the held-out episodes.
+    let sorted = |mut answer: JointAnswer| {
+        answer.missing.sort_by(|a, b| a.effect.cmp(&b.effect));
+        answer
+    };
+    let (other, reference) = (sorted(other), sorted(reference));
+    assert_same(&other, &reference);
+    for (name, parameter) in &reference.nominal.after {
+        assert_eq!(other.nominal.after[name].mean, parameter.mean, "{name}");
+    }
+    for (a, b) in other.missing.iter().zip(&reference.missing) {
+        assert_eq!(a.parameters, b.parameters);
+    }
+}
+
+#[test]
+fn a_small_effect_is_immaterial() {
+    let answer = answer(&recording(nothing, 0.008, exact, "", &|episode| {
+        let efforts = episode.columns.get_mut("effort_arm").unwrap();
+        efforts.iter_mut().enumerate().for_each(|(k, effort)| *effort += 0.1 * noise(k * k));
+    }));
+    let found: Vec<&str> = answer.immaterial.iter().map(|effect| effect.effect.as_str()).collect();
+    assert_eq!((answer.verdict, names(&answer)), (Verdict::Consistent, vec![]));
+    assert_eq!(found, ["joint_dry_friction"]);
 }

@@ -63,7 +63,8 @@ def load_mechanisms(
 ) -> EpisodeMechanisms:
     """Load the model of every episode, with its payload.
 
-    If contacts between overlapping bodies of the model dominate the effort, the mechanisms have no contacts.
+    If contacts between overlapping bodies of the model dominate the effort in a training episode, the
+    mechanisms have no contacts.
 
     Parameters
     ----------
@@ -84,6 +85,8 @@ def load_mechanisms(
     with model_folder(recording) as folder:
         found = _load(recording, folder, mjcf, contacts=True)
         for name, mechanism in found.items():
+            if recording[name].held_out:
+                continue
             own = motion["episodes"][name]
             rows = slice(None, None, max(1, len(own["q"]) // 200))
             q, v, a = (own[key][rows] for key in ("q", "v", "a"))

@@ -1,0 +1,206 @@
+//! Residuals of the joints' equations at the compared samples, with their derivatives, and the normal equations.
+
+use crate::common;
+use crate::equation::JointModel;
+use crate::model::{Effect, Slot};
+use crate::problem::{Drive, Problem};
+use nalgebra::{DMatrix, DVector};
+use trundle_model::Dual;
+
+/// Derivatives that one pass over the samples computes.
+const WIDTH: usize = 8;
+/// Residuals beyond this number of standard deviations count linearly (Huber 1964).
+const HUBER_SDS: f64 = 3.0;
+/// Standard deviation that filters and integrators leave in the best case, as a share of the effort.
+const MIN_NUMERICAL_ERROR: f64 = 1e-3;
+/// The same with a drive, whose effort is sampled. Sensors and motor constants are no better.
+const MIN_DRIVE_ERROR: f64 = 3e-3;
+/// Fewest folds of the cross-validation; fewer episodes are divided in time.
+const MIN_FOLDS: usize = 6;
+
+/// A compared sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub episode: usize,
+    /// Index in the motion of the episode.
+    pub sample: usize,
+    /// Part of the cross-validation.
+    pub fold: usize,
+}
+
+/// Residuals of one joint with their derivatives by its slots.
+#[derive(Clone, Debug)]
+pub(crate) struct JointRows {
+    pub joint: usize,
+    pub places: Vec<Place>,
+    pub residual: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+    /// Slots of the columns.
+    pub columns: Vec<usize>,
+}
+
+/// Which equations are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Scope {
+    /// All joints in the training episodes.
+    Training,
+    /// All joints in the held-out episodes.
+    HeldOut,
+    /// One joint in the training episodes; the equations of the others are approximated, see [`crate::others`].
+    Joint(usize),
+}
+
+/// Number of parts into which each training episode is divided, so that there are enough folds.
+pub(crate) fn parts(problem: &Problem) -> usize {
+    let training = problem.episodes.iter().filter(|e| !e.held_out).count();
+    MIN_FOLDS.div_ceil(training.max(1))
+}
+
+/// Residuals and derivatives.
+pub(crate) fn evaluate(
+    problem: &Problem,
+    effects: &[Effect],
+    slots: &[Slot],
+    values: &[f64],
+    scope: Scope,
+    with_derivatives: bool,
+) -> Vec<JointRows> {
+    let joints: Vec<usize> = match scope {
+        Scope::Joint(j) => vec![j],
+        _ => (0..problem.joints.len()).collect(),
+    };
+    joints
+        .into_iter()
+        .map(|j| joint_rows(problem, effects, slots, values, (j, scope), with_derivatives))
+        .collect()
+}
+
+fn joint_rows(
+    problem: &Problem,
+    effects: &[Effect],
+    slots: &[Slot],
+    values: &[f64],
+    (j, scope): (usize, Scope),
+    with_derivatives: bool,
+) -> JointRows {
+    let own: Vec<usize> = (0..slots.len()).filter(|k| slots[*k].joint == Some(j)).collect();
+    let shared: Vec<usize> = (0..slots.len()).filter(|k| slots[*k].joint.is_none()).collect();
+    let passes: Vec<&[usize]> =
+        if own.is_empty() || !with_derivatives { vec![&[]] } else { own.chunks(WIDTH).collect() };
+    let parts = parts(problem);
+    let (mut places, mut residual, mut columns) = (vec![], vec![], vec![vec![]; own.len() + shared.len()]);
+    let mut first_fold = 0;
+    for (index, episode) in problem.episodes.iter().enumerate() {
+        if episode.held_out != (scope == Scope::HeldOut) {
+            continue;
+        }
+        let series = &episode.joints[j];
+        let needed = episode.dynamics.as_ref().map(|d| common::needed(problem, d, j, effects, slots, values));
+        let mut held = vec![];
+        for (pass, chunk) in passes.iter().enumerate() {
+            let variable = |slot: usize| match chunk.iter().position(|own| *own == slot) {
+                Some(place) => Dual::<WIDTH>::variable(values[slot], place),
+                None => trundle_model::Real::lift(values[slot]),
+            };
+            let model = JointModel::new(problem, j, effects, slots, variable);
+            let (found, at_rest) = model.residual(problem, j, episode, needed.as_deref());
+            for k in &series.kept {
+                let compared = episode.kernel.at(&found, *k);
+                if pass == 0 {
+                    residual.push(compared.re);
+                }
+                for place in 0..chunk.len() {
+                    columns[pass * WIDTH + place].push(compared.eps[place]);
+                }
+            }
+            held = at_rest;
+        }
+        if let (Some(dynamics), true) = (&episode.dynamics, with_derivatives) {
+            for (place, slot) in shared.iter().enumerate() {
+                let mut slope = common::slope(problem, dynamics, j, effects, &slots[*slot], (slots, values));
+                slope.iter_mut().zip(&held).filter(|(_, held)| **held).for_each(|(x, _)| *x = 0.0);
+                let column = &mut columns[own.len() + place];
+                column.extend(series.kept.iter().map(|k| -episode.kernel.at(&slope, *k)));
+            }
+        }
+        let len = series.q.len();
+        places.extend(series.kept.iter().map(|k| Place {
+            episode: index,
+            sample: *k,
+            fold: first_fold + k * parts / len.max(1),
+        }));
+        first_fold += parts;
+    }
+    let rows = residual.len();
+    let jacobian = if with_derivatives {
+        DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row])
+    } else {
+        DMatrix::zeros(0, 0)
+    };
+    let columns = own.into_iter().chain(shared).collect();
+    JointRows { joint: j, places, residual: DVector::from_vec(residual), jacobian, columns }
+}
+
+/// Robust standard deviation of residuals, and the weight of each.
+pub(crate) fn robust_sd(problem: &Problem, joint: usize, residual: &DVector<f64>) -> f64 {
+    let setup = &problem.joints[joint];
+    let share = if setup.drive == Drive::None { MIN_NUMERICAL_ERROR } else { MIN_DRIVE_ERROR };
+    let floor = setup.noise.max(share * setup.scales.effort);
+    if residual.is_empty() {
+        return floor;
+    }
+    if residual.iter().any(|r| !r.is_finite()) {
+        return f64::INFINITY;
+    }
+    let mut sizes: Vec<f64> = residual.iter().map(|r| r.abs()).collect();
+    let middle = sizes.len() / 2;
+    let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let mut sd = (1.4826 * median).max(floor);
+    for _ in 0..5 {
+        let sum: f64 = residual.iter().map(|r| r * r * weight(*r, sd)).sum();
+        sd = (sum / residual.len() as f64).sqrt().max(floor);
+    }
+    sd
+}
+
+/// Huber's weight of a residual.
+pub(crate) fn weight(residual: f64, sd: f64) -> f64 {
+    let size = residual.abs() / sd;
+    if size <= HUBER_SDS { 1.0 } else { HUBER_SDS / size }
+}
+
+/// The normal equations of weighted rows: matrix and right-hand side, for the rows that `keep` selects.
+pub(crate) fn normal_equations(
+    rows: &[JointRows],
+    sd: &[f64],
+    slots: &[Slot],
+    values: &[f64],
+    keep: &dyn Fn(&Place) -> bool,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let count = slots.len();
+    let mut matrix = DMatrix::<f64>::zeros(count, count);
+    let mut right = DVector::<f64>::zeros(count);
+    for own in rows {
+        let spread = sd[own.joint];
+        let mut weighted = own.jacobian.clone();
+        let mut small = DVector::zeros(own.residual.len());
+        for (row, place) in own.places.iter().enumerate() {
+            let factor = if keep(place) { weight(own.residual[row], spread).sqrt() / spread } else { 0.0 };
+            weighted.row_mut(row).scale_mut(factor);
+            small[row] = own.residual[row] * factor;
+        }
+        let (square, slope) = (weighted.tr_mul(&weighted), weighted.tr_mul(&small));
+        for (a, &i) in own.columns.iter().enumerate() {
+            right[i] -= slope[a];
+            for (b, &k) in own.columns.iter().enumerate() {
+                matrix[(i, k)] += square[(a, b)];
+            }
+        }
+    }
+    for (k, slot) in slots.iter().enumerate() {
+        let precision = slot.prior[1].powi(-2);
+        matrix[(k, k)] += precision;
+        right[k] -= precision * (values[k] - slot.prior[0]);
+    }
+    (matrix, right)
+}

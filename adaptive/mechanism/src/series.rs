@@ -1,0 +1,83 @@
+//! Streams of one joint in one episode.
+
+use crate::motion::EpisodeMotion;
+use crate::problem::Drive;
+use crate::resample::{held, interpolated};
+use trundle_record::{EffortSource, FreeOr, JointRecording};
+
+/// One joint in one episode, at the uniform times of the motion.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    pub raw: Vec<f64>,
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub a: Vec<f64>,
+    /// Recorded effort or target, unfiltered.
+    pub command: Vec<f64>,
+    /// Gain of the effort or stiffness of the target in this episode; `None` if it is free.
+    pub gain: Option<f64>,
+    /// Damping of the target's drive; `None` if it is free.
+    pub drive_damping: Option<f64>,
+    /// Limit of the target's drive.
+    pub limit: Option<f64>,
+    pub known: Vec<f64>,
+    pub on: Vec<f64>,
+    pub load: Option<Vec<f64>>,
+    /// Samples that are compared.
+    pub kept: Vec<usize>,
+}
+
+impl Series {
+    /// The streams of a joint, at the times of the smoothed motion.
+    pub fn new(
+        recording: &JointRecording,
+        episode: &EpisodeMotion,
+        j: usize,
+        joint: &str,
+        drive: Drive,
+    ) -> Self {
+        let (meta, grid) = (&recording.metadata, &episode.grid);
+        let stream = |name: &str, late: f64| {
+            let (t, values) = recording.stream(&episode.name, name, joint)?;
+            Some((t.iter().map(|t| t - late).collect::<Vec<f64>>(), values))
+        };
+        let effort = meta.effort_of(&episode.name, joint);
+        let target = meta.target_of(&episode.name, joint);
+        let sampled = |name: &str, is_held: bool| {
+            let (t, values) = stream(name, meta.delay_of(name, joint))?;
+            Some(if is_held { held(&t, &values, grid) } else { interpolated(&t, &values, grid) })
+        };
+        let zeros = || vec![0.0; grid.len];
+        let (command, gain) = match drive {
+            Drive::None => (None, Some(1.0)),
+            Drive::Effort(source) => {
+                let is_held = matches!(source, EffortSource::Commanded | EffortSource::Voltage);
+                (sampled("effort", is_held), effort.gain.value())
+            }
+            Drive::Target => (sampled("target", true), target.stiffness.value()),
+        };
+        Self {
+            raw: episode.raw[j].clone(),
+            q: episode.q[j].clone(),
+            v: episode.v[j].clone(),
+            a: episode.a[j].clone(),
+            command: command.unwrap_or_else(zeros),
+            gain,
+            drive_damping: match target.damping {
+                FreeOr::Free => None,
+                FreeOr::Value(value) => Some(value),
+            },
+            limit: (drive == Drive::Target).then_some(target.limit).flatten(),
+            known: sampled("known", false).unwrap_or_else(zeros),
+            on: sampled("on", true).unwrap_or_else(|| vec![1.0; grid.len]),
+            load: sampled("load", false),
+            kept: vec![],
+        }
+    }
+
+    /// Largest recorded effort, or largest error of the target.
+    pub fn largest_command(&self, drive: Drive) -> f64 {
+        let error = |k: usize| if drive == Drive::Target { self.raw[k] } else { 0.0 };
+        self.command.iter().enumerate().map(|(k, command)| (command - error(k)).abs()).fold(0.0, f64::max)
+    }
+}
