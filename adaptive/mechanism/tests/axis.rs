@@ -209,3 +209,30 @@ fn a_small_effect_is_immaterial() {
     assert_eq!((answer.verdict, names(&answer)), (Verdict::Consistent, vec![]));
     assert_eq!(found, ["joint_dry_friction"]);
 }
+
+/// Command of a drive whose effort falls by a tenth of it per N·m.
+fn command_of(effort: f64) -> f64 {
+    (1.0 - (1.0 - 0.4 * effort.abs()).sqrt()) / 0.2 * effort.signum()
+}
+
+#[test]
+fn a_drooping_drive_is_named_in_any_recorded_unit() {
+    for gain in [1.0, 32.0] {
+        let effort = format!("[effort]\nsource = \"commanded\"\ngain = {gain:?}\n");
+        let rescale = |episode: &mut Episode| scale(episode, "effort_arm", 1.0 / gain);
+        let answer = answer(&recording(nothing, 0.0, command_of, &effort, &rescale));
+        assert_eq!(
+            (answer.verdict, names(&answer)),
+            (Verdict::Explained, vec!["drive_gain_droop"]),
+            "{gain}"
+        );
+        let droop = answer.missing[0].parameters["droop"].mean;
+        assert!((0.03..0.3).contains(&droop), "{gain} {droop}");
+    }
+}
+
+#[test]
+fn smooth_reversals_add_no_name_to_dry_friction() {
+    let answer = diagnosed(|_, _, v| -0.08 * (v / 0.1).tanh(), 0.0, exact);
+    assert_eq!((answer.verdict, names(&answer)), (Verdict::Explained, vec!["joint_dry_friction"]));
+}
