@@ -1,9 +1,10 @@
 //! The equation of one joint along the measured motion: what its drive and the laws exert, less what the mechanism
 //! needs. Its residual is zero for the right model.
 
+use crate::drive::Drive;
 use crate::laws::{JointSample, Law, law_terms};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
-use crate::problem::{Drive, EpisodeData, JointSetup, Problem};
+use crate::problem::{EpisodeData, JointSetup, Problem};
 use crate::series::Series;
 use trundle_model::Real;
 

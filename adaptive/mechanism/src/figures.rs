@@ -1,8 +1,9 @@
 //! Figures of a model on some episodes: errors of efforts and positions.
 
+use crate::drive::Drive;
 use crate::fit::Fit;
 use crate::motion::range;
-use crate::problem::{Drive, EpisodeData, Problem};
+use crate::problem::{EpisodeData, Problem};
 use crate::rows::{Scope, evaluate};
 use crate::simulation::simulate;
 use serde::Serialize;

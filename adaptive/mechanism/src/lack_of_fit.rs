@@ -3,7 +3,8 @@
 //! Noise cannot be predicted. What a regression on position, velocity, acceleration and effort predicts is physics that
 //! the model misses. The regression uses random Fourier features (Rahimi and Recht 2007) and a ridge penalty.
 
-use crate::problem::{Drive, Problem};
+use crate::drive::Drive;
+use crate::problem::Problem;
 use crate::search::Tried;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};

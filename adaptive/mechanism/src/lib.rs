@@ -7,6 +7,7 @@ mod answer;
 mod bandwidth;
 mod common;
 mod cross_validation;
+mod drive;
 mod dynamics;
 mod equation;
 mod error;
@@ -37,6 +38,7 @@ pub use answer::{
     JointAlternative, JointAnswer, JointBeforeAfter, JointEffect, JointFit, JointMismatch, JointNominal,
     JointParameter, JointResidual, JointWindow,
 };
+pub use drive::Drive;
 pub use dynamics::{Dynamics, EpisodeDynamics};
 pub use error::MechanismError;
 pub use figures::{Figures, JointFigures, OpenLoop};
@@ -44,6 +46,6 @@ pub use laws::{JointKind, JointSample, JointScales, ParamSpec, Scale, Spec};
 pub use model::{Effect, Kind};
 pub use motion::{EpisodeMotion, Motion, motion};
 pub use outcome::{FittedMechanism, JointOutcome};
-pub use problem::{AxisSetup, Drive, JointSetup, Problem};
+pub use problem::{AxisSetup, JointSetup, Problem};
 pub use run::diagnose_joints;
 pub use units::{EffortUnit, Unit};

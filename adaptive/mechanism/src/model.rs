@@ -1,7 +1,8 @@
 //! A nominal mechanism with added effects, and its parameters.
 
+use crate::drive::Drive;
 use crate::laws::{Applies, JointKind, ParamSpec};
-use crate::problem::{Drive, Problem};
+use crate::problem::Problem;
 use crate::units::{EffortUnit, Unit};
 use trundle_record::EffortSource;
 

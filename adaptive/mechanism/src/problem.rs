@@ -1,5 +1,6 @@
 //! A recording with its motion and dynamics: the data of all fits.
 
+use crate::drive::Drive;
 use crate::dynamics::{Dynamics, EpisodeDynamics};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
@@ -7,7 +8,7 @@ use crate::laws::JointScales;
 use crate::motion::{EpisodeMotion, Motion};
 use crate::series::Series;
 use crate::units::EffortUnit;
-use trundle_record::{Axis, EffortSource, EncoderSide, JointRecording};
+use trundle_record::{Axis, EncoderSide, JointRecording};
 
 /// Standard deviations of the velocity's noise below which a joint counts as at rest.
 const REST_NOISE_SDS: f64 = 3.0;
@@ -15,17 +16,6 @@ const REST_NOISE_SDS: f64 = 3.0;
 const MIN_SPEED_SHARE: f64 = 0.05;
 /// Least share of a compared sample's weight at which the joint must move.
 const MIN_MOVING_SHARE: f64 = 0.9;
-
-/// What drives a joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Drive {
-    /// Nothing.
-    None,
-    /// A recorded effort.
-    Effort(EffortSource),
-    /// A position target.
-    Target,
-}
 
 /// A joint and its drive. Values are `None` if they are free.
 #[derive(Clone, Debug)]
@@ -119,7 +109,7 @@ impl Problem {
     ) -> Result<Self, MechanismError> {
         let meta = &recording.metadata;
         let drives: Vec<Drive> =
-            motion.joints.iter().map(|joint| drive(recording, joint)).collect::<Result<_, _>>()?;
+            motion.joints.iter().map(|joint| Drive::of(recording, joint)).collect::<Result<_, _>>()?;
         let mut episodes = vec![];
         for (k, episode) in motion.episodes.iter().enumerate() {
             let own = dynamics.map(|all| checked(all, k, episode, motion.joints.len())).transpose()?;
@@ -262,39 +252,6 @@ impl Problem {
         let (sum, count) =
             efforts.fold((0.0, 0.0), |(sum, count), effort| (sum + effort * effort, count + 1.0));
         (sum / f64::max(count, 1.0)).sqrt()
-    }
-}
-
-/// What drives a joint, by its columns.
-fn drive(recording: &JointRecording, joint: &str) -> Result<Drive, MechanismError> {
-    let has = |stream: &str| recording.episodes.iter().any(|e| e.joint_stream(stream, joint).is_some());
-    let missing = |stream: &str| {
-        recording.episodes.iter().find(|e| e.joint_stream(stream, joint).is_none()).map(|e| e.name.clone())
-    };
-    let first = recording.episodes.first().map_or("", |episode| episode.name.as_str());
-    let settings = recording.metadata.effort_of(first, joint);
-    let (found, stream) = match (has("effort"), has("target"), settings.signed) {
-        (true, _, true) => (Drive::Effort(settings.source), "effort"),
-        (_, true, _) => (Drive::Target, "target"),
-        (true, false, false) => {
-            return Err(MechanismError::Unsuitable {
-                recording: recording.metadata.name.clone(),
-                reason: format!(
-                    "effort_{joint} has no sign (signed = false), and there is no target_{joint}: nothing tells the \
-                     direction of the drive's effort"
-                ),
-                remedy: format!("record a signed effort, or the commanded positions as target_{joint}"),
-            });
-        }
-        (false, false, _) => return Ok(Drive::None),
-    };
-    match missing(stream) {
-        None => Ok(found),
-        Some(episode) => Err(MechanismError::Unsuitable {
-            recording: recording.metadata.name.clone(),
-            reason: format!("episode {episode} has no samples of {stream}_{joint}, other episodes have"),
-            remedy: "remove the episode, or record the stream in all episodes".to_owned(),
-        }),
     }
 }
 

@@ -1,9 +1,10 @@
 //! Residuals of the joints' equations at the compared samples, with their derivatives, and the normal equations.
 
 use crate::common;
+use crate::drive::Drive;
 use crate::equation::JointModel;
 use crate::model::{Effect, Slot};
-use crate::problem::{Drive, Problem};
+use crate::problem::Problem;
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Dual;
 

@@ -1,7 +1,7 @@
 //! Streams of one joint in one episode.
 
+use crate::drive::Drive;
 use crate::motion::EpisodeMotion;
-use crate::problem::Drive;
 use crate::resample::{held, interpolated};
 use trundle_record::{EffortSource, FreeOr, JointRecording};
 

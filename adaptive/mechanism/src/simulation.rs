@@ -1,9 +1,10 @@
 //! Forward simulation of an axis without a model.
 
+use crate::drive::Drive;
 use crate::equation::JointModel;
 use crate::fit::Fit;
 use crate::laws::JointSample;
-use crate::problem::{Drive, EpisodeData, Problem};
+use crate::problem::{EpisodeData, Problem};
 use trundle_record::EffortSource;
 
 /// Longest step, s.

@@ -17,7 +17,19 @@ pub(crate) fn statement(problem: &Problem, kind: Kind, parameters: &BTreeMap<Str
     for (name, quantity) in parameters {
         text = text.replace(&format!("{{{name}}}"), &shown(quantity));
     }
-    text + "."
+    with_known_parts(&text) + "."
+}
+
+/// A sentence without the parts in brackets whose parameters have no value.
+fn with_known_parts(text: &str) -> String {
+    let mut found = String::new();
+    for (k, part) in text.split(['[', ']']).enumerate() {
+        // Every second part is in brackets.
+        if k % 2 == 0 || !part.contains('{') {
+            found.push_str(part);
+        }
+    }
+    found
 }
 
 /// `1.23 ± 0.05 N`: digits down to the second of the standard deviation.
@@ -30,4 +42,17 @@ fn shown(quantity: &Quantity) -> String {
     let (mean, sd, digits) = (quantity.mean, quantity.sd, digits as usize);
     let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
     format!("{mean:.digits$} ± {sd:.digits$}{unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_known_parts;
+
+    #[test]
+    fn parts_without_values_are_left_out() {
+        assert_eq!(
+            with_known_parts("Friction of 1 N[, and {rest} at rest] acts[ here]"),
+            "Friction of 1 N acts here"
+        );
+    }
 }

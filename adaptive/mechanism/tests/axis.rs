@@ -178,7 +178,7 @@ fn the_answer_does_not_depend_on_the_recorded_unit_of_a_command() {
 fn held_out_episodes_change_no_name_and_no_value() {
     let reference = two_effects("", &|_| {});
     let other = two_effects("", &|episode| {
-        if episode.name >= "episode_06".to_owned() {
+        if *episode.name >= *"episode_06" {
             let positions = episode.columns.get_mut("q_arm").unwrap();
             positions.iter_mut().enumerate().for_each(|(k, q)| *q = 3.0 * *q + 0.05 * noise(k));
             scale(episode, "effort_arm", -0.3);

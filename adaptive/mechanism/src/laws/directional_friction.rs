@@ -13,7 +13,7 @@ pub(super) const SPEC: Spec = Spec {
         ParamSpec { refines: true, ..signed("viscous_difference", Unit::Damping, Scale::Damping) },
         signed("dry_difference", Unit::Effort, Scale::Effort),
     ],
-    sentence: "Friction in joint {joint} differs by direction: half the difference is {dry_difference}",
+    sentence: "Friction in joint {joint} differs by direction: half the difference is {dry_difference}[, and {viscous_difference} in its damping]",
     experiment: "move the joint with several constant speeds in both directions; measure the effort at rest to exclude an offset of the effort",
     starts,
 };

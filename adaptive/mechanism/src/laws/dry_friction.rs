@@ -21,7 +21,7 @@ pub(super) const SPEC: Spec = Spec {
             ..positive("velocity", Unit::Velocity, Scale::Velocity)
         },
     ],
-    sentence: "Dry friction of {effort} acts in joint {joint}",
+    sentence: "Dry friction of {effort}[, {static_effort} at rest,] acts in joint {joint}",
     experiment: "move the joint slowly in both directions, with constant speeds and reversals",
     starts,
 };
