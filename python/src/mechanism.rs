@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trundle_infer::Stage;
 use trundle_mechanism::{
-    Dynamics, EpisodeDynamics, FittedMechanism, JointKind, JointOutcome, JointSample, Kind, Motion, Problem,
-    diagnose_joints, motion,
+    Dynamics, EpisodeDynamics, FittedMechanism, JointOutcome, JointSample, Kind, Motion, Problem, Spec,
+    catalogue, diagnose_joints, motion,
 };
 
 use crate::error::{refused, run};
@@ -36,8 +36,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// The catalogue of laws of joints: name, summary, source, parameters with their units for a hinge, and experiment.
 #[pyfunction]
 fn _joint_effects(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    let entry = |kind: &JointKind| {
-        let spec = kind.spec();
+    let entry = |spec: &Spec| {
         let params: Vec<_> = spec
             .params
             .iter()
@@ -48,7 +47,7 @@ fn _joint_effects(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
             "parameters": params, "experiment": spec.experiment,
         })
     };
-    plain(py, &JointKind::ALL.iter().map(entry).collect::<Vec<_>>())
+    plain(py, &catalogue().into_iter().map(entry).collect::<Vec<_>>())
 }
 
 /// The smoothed motion of a recording of joints: joints, bandwidth, and by episode t, (T,), q, v and a, (T, n).

@@ -11,9 +11,10 @@ from trundle import objects
 from trundle._native import Planner, __version__
 from trundle._registration import register_environments as _register_environments
 from trundle.design import Design, design
-from trundle.diagnosis import Diagnosis, Fit, diagnose, fit
+from trundle.diagnosis import Diagnosis, diagnose
 from trundle.episode import Episode
 from trundle.findings import Finding, Findings
+from trundle.fitting import Fit, fit
 from trundle.identifiability import Profile, profile
 from trundle.inspection import check, inspect, prepare, smooth
 from trundle.joint_diagnosis import JointDiagnosis

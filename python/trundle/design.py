@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.atomic import write_text
-from trundle.diagnosis import Fit, PathLike, fit, native_recording, read_model
 from trundle.display import Card, Displayed, Table
+from trundle.fitting import Fit, fit
+from trundle.native_inputs import PathLike, native_recording, read_model
 from trundle.progress import ProgressOption, report_progress
 
 if sys.version_info >= (3, 11):

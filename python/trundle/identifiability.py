@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import PathLike, native_model, native_recording
 from trundle.display import Card, Displayed, Table
 from trundle.display.formatting import format_number
+from trundle.native_inputs import PathLike, native_model, native_recording
 from trundle.progress import ProgressOption, report_progress
 
 __all__ = ["CHI2_1_QUANTILE_90", "Profile", "format_identifiability", "profile"]

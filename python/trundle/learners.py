@@ -12,7 +12,7 @@ import tomli_w
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError, _Regression
 from trundle.belief import Belief, Update
-from trundle.diagnosis import Fit, Likelihood, fit
+from trundle.fitting import Fit, Likelihood, fit
 from trundle.online import Online
 
 __all__ = ["KINDS", "Kind", "Learner", "make_learner"]

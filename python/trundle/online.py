@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle._types import Estimate
-from trundle.diagnosis import PathLike
 from trundle.display import Card, Displayed, Table
+from trundle.native_inputs import PathLike
 from trundle.report.quantity import format_estimate
 
 __all__ = ["Online"]

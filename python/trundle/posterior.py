@@ -16,8 +16,8 @@ from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle._optional import require
 from trundle.atomic import atomic_file
-from trundle.diagnosis import native_model, native_recording
 from trundle.display import Card, Displayed
+from trundle.native_inputs import native_model, native_recording
 from trundle.progress import ProgressOption, report_progress
 
 if TYPE_CHECKING:

@@ -17,10 +17,10 @@ from trundle._native import Model, Recording, TrundleError
 from trundle._optional import require
 from trundle._types import Score
 from trundle.atomic import atomic_file
-from trundle.diagnosis import native_recording, read_model
 from trundle.display import Card, Displayed, Table
 from trundle.display.formatting import format_number
 from trundle.input_checks import name_of
+from trundle.native_inputs import native_recording, read_model
 
 if TYPE_CHECKING:
     import pandas as pd

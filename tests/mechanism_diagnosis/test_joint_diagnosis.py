@@ -188,3 +188,8 @@ def test_an_axis_takes_no_model(tmp_path: Path) -> None:
 def test_a_planar_recording_takes_no_model() -> None:
     with pytest.raises(trundle.TrundleError, match="`mjcf` is for recordings of joints"):
         trundle.diagnose(trundle.demo(), mjcf="robot.xml")
+
+
+def test_an_unknown_effect_to_exclude_is_refused() -> None:
+    with pytest.raises(trundle.TrundleError, match="did you mean `joint_dry_friction`"):
+        trundle.diagnose(pendulum_recording(0.1), without=["joint_dry_frictoin"])

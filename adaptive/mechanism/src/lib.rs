@@ -42,7 +42,7 @@ pub use drive::Drive;
 pub use dynamics::{Dynamics, EpisodeDynamics};
 pub use error::MechanismError;
 pub use figures::{Figures, JointFigures, OpenLoop};
-pub use laws::{JointKind, JointSample, JointScales, ParamSpec, Scale, Spec};
+pub use laws::{JointKind, JointSample, JointScales, ParamSpec, Scale, Spec, catalogue};
 pub use model::{Effect, Kind};
 pub use motion::{EpisodeMotion, Motion, motion};
 pub use outcome::{FittedMechanism, JointOutcome};

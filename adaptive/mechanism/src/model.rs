@@ -1,7 +1,7 @@
 //! A nominal mechanism with added effects, and its parameters.
 
 use crate::drive::Drive;
-use crate::laws::{Applies, JointKind, ParamSpec};
+use crate::laws::{Applies, BASE_TILT, ENCODER_OFFSET, JointKind, PAYLOAD, ParamSpec, Spec};
 use crate::problem::Problem;
 use crate::units::{EffortUnit, Unit};
 use trundle_record::EffortSource;
@@ -25,15 +25,27 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Entry in the catalogue.
+    #[must_use]
+    pub fn spec(self) -> &'static Spec {
+        match self {
+            Self::Joint(kind, _) => kind.spec(),
+            Self::Payload(_) => PAYLOAD,
+            Self::BaseTilt => BASE_TILT,
+            Self::EncoderOffset(_) => ENCODER_OFFSET,
+        }
+    }
+
     /// Name of the effect in a diagnosis.
     #[must_use]
     pub fn effect(self) -> &'static str {
-        match self {
-            Self::Joint(kind, _) => kind.spec().effect,
-            Self::Payload(_) => "payload",
-            Self::BaseTilt => "base_tilt",
-            Self::EncoderOffset(_) => "encoder_offset",
-        }
+        self.spec().effect
+    }
+
+    /// Parameters.
+    #[must_use]
+    pub fn params(self) -> &'static [ParamSpec] {
+        self.spec().params
     }
 
     /// The joint on which it acts.
@@ -42,47 +54,6 @@ impl Kind {
         match self {
             Self::Joint(_, joint) | Self::EncoderOffset(joint) => Some(joint),
             Self::Payload(_) | Self::BaseTilt => None,
-        }
-    }
-
-    /// Sentence of a diagnosis, and the motion or rig that identifies the effect best.
-    #[must_use]
-    pub fn texts(self) -> [&'static str; 2] {
-        match self {
-            Self::Joint(kind, _) => [kind.spec().sentence, kind.spec().experiment],
-            Self::Payload(_) => [
-                "A load of {mass} is attached to body {body} at ({com_x}, {com_y}, {com_z})",
-                "hold the mechanism in several poses, then repeat them with a known load",
-            ],
-            Self::BaseTilt => [
-                "The base is tilted by {angle_x} about x and {angle_y} about y",
-                "hold the mechanism in several poses, and measure the base with a level",
-            ],
-            Self::EncoderOffset(_) => [
-                "The encoder of joint {joint} is off by {offset}",
-                "move the joint to its mechanical reference, or hold it in several poses under gravity",
-            ],
-        }
-    }
-
-    /// Name, unit and bounds of each parameter.
-    #[must_use]
-    pub fn params(self) -> Vec<ParamSpec> {
-        use crate::laws::{Scale, positive, signed};
-        let of_body = |name| signed(name, Unit::Length, Scale::One);
-        match self {
-            Self::Joint(kind, _) => kind.spec().params.to_vec(),
-            Self::Payload(_) => vec![
-                positive("mass", Unit::Mass, Scale::One),
-                of_body("com_x"),
-                of_body("com_y"),
-                of_body("com_z"),
-            ],
-            Self::BaseTilt => {
-                let angle = |name| ParamSpec { bounds: [-1.5, 1.5], ..signed(name, Unit::Angle, Scale::One) };
-                vec![angle("angle_x"), angle("angle_y")]
-            }
-            Self::EncoderOffset(_) => vec![signed("offset", Unit::Position, Scale::Position)],
         }
     }
 

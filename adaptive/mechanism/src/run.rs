@@ -334,7 +334,7 @@ fn alternatives(problem: &Problem, found: &Found, weights: &[f64]) -> Vec<JointA
             all.push(JointAlternative {
                 effect: kind.effect().to_owned(),
                 probability: *weight,
-                experiment: kind.texts()[1].to_owned(),
+                experiment: kind.spec().experiment.to_owned(),
                 place: found_place,
             });
         }

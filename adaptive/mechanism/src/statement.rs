@@ -7,7 +7,7 @@ use trundle_diagnose::Quantity;
 
 /// The sentence of an effect with its values.
 pub(crate) fn statement(problem: &Problem, kind: Kind, parameters: &BTreeMap<String, Quantity>) -> String {
-    let mut text = kind.texts()[0].to_owned();
+    let mut text = kind.spec().sentence.to_owned();
     if let Some(joint) = kind.joint() {
         text = text.replace("{joint}", &problem.joints[joint].name);
     }

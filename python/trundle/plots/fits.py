@@ -15,7 +15,7 @@ from trundle.report.series import held_out_first
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
-    from trundle.diagnosis import Fit
+    from trundle.fitting import Fit
 
 __all__ = ["fit"]
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trundle import palette
-from trundle.diagnosis import Diagnosis, Fit
+from trundle.diagnosis import Diagnosis
+from trundle.fitting import Fit
 from trundle.inspection import inspect
 from trundle.model import Model
 from trundle.plots.motion import SIDES

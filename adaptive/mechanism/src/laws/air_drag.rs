@@ -1,6 +1,6 @@
 //! Drag that grows with the square of the velocity.
 
-use super::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, positive, take};
+use super::law::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -1,6 +1,6 @@
 //! Play between drive and joint.
 
-use super::{Applies, Compliance, JointLaw, JointScales, Scale, Spec, positive, take};
+use super::law::{Applies, Compliance, JointLaw, JointScales, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

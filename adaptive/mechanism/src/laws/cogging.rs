@@ -1,6 +1,8 @@
 //! Periodic effort: magnets, teeth, screws.
 
-use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, signed, take};
+use super::law::{
+    Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, signed, take,
+};
 use crate::units::Unit;
 use trundle_model::Real;
 

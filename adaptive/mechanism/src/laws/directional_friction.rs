@@ -1,6 +1,6 @@
 //! Friction that differs by direction.
 
-use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, signed, take};
+use super::law::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, signed, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

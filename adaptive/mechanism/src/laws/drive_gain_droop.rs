@@ -1,6 +1,8 @@
 //! Effort per unit of command that falls with the size of the command.
 
-use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, magnitude, signed, take};
+use super::law::{
+    Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, magnitude, signed, take,
+};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -1,6 +1,6 @@
 //! Dry friction that opposes the velocity and holds the joint at rest, with the Stribeck curve.
 
-use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, take};
+use super::law::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -1,6 +1,6 @@
 //! Offset of the effort: reading = truth + bias.
 
-use super::{Applies, JointLaw, JointScales, Scale, Spec, signed, take};
+use super::law::{Applies, JointLaw, JointScales, Scale, Spec, signed, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -1,6 +1,6 @@
 //! Delay of the reading: reading(t) = truth(t - delay).
 
-use super::{Applies, JointLaw, JointScales, Scale, Spec, signed, take};
+use super::law::{Applies, JointLaw, JointScales, Scale, Spec, signed, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

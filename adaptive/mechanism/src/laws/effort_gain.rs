@@ -1,6 +1,6 @@
 //! Wrong gain of the effort: reading = gain · truth.
 
-use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, take};
+use super::law::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -1,6 +1,6 @@
 //! First-order lag of the reading behind the effort.
 
-use super::{Applies, JointLaw, JointScales, Scale, Spec, positive, take};
+use super::law::{Applies, JointLaw, JointScales, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -1,6 +1,6 @@
 //! Limit of the effort of a drive.
 
-use super::{Applies, JointLaw, JointScales, ParamSpec, Scale, Spec, magnitude, positive, take};
+use super::law::{Applies, JointLaw, JointScales, ParamSpec, Scale, Spec, magnitude, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -1,6 +1,8 @@
 //! Dry friction that grows with the effort that the gear transmits, or with a recorded covariate.
 
-use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, magnitude, positive, take};
+use super::law::{
+    Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, magnitude, positive, take,
+};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -2,6 +2,7 @@
 
 mod air_drag;
 mod backlash;
+mod base_tilt;
 mod cogging;
 mod directional_friction;
 mod drive_delay;
@@ -14,234 +15,17 @@ mod effort_gain;
 mod effort_lag;
 mod effort_saturation;
 mod elasticity;
+mod encoder_offset;
+mod law;
 mod load_friction;
+mod payload;
 mod rotor_inertia;
 mod spring;
 mod stop;
 mod viscous_friction;
 
-use crate::units::Unit;
+pub use law::{Applies, Compliance, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec};
 use trundle_model::Real;
-
-/// Sizes of a joint's signals, from which starting values and priors are derived.
-#[derive(Clone, Copy, Debug)]
-pub struct JointScales {
-    /// Root mean square of the effort, or of the inertial effort if nothing drives the joint.
-    pub effort: f64,
-    /// Smallest and largest position.
-    pub range: [f64; 2],
-    /// Root mean square of the velocity.
-    pub velocity: f64,
-    /// Root mean square of the acceleration.
-    pub acceleration: f64,
-    /// Root mean square of the recorded covariate `load_JOINT`, if it has one.
-    pub load: Option<f64>,
-    /// Standard deviation of the low-pass filter, s: the shortest time that the data resolve.
-    pub resolution: f64,
-}
-
-impl JointScales {
-    /// Range of the positions.
-    #[must_use]
-    pub fn span(&self) -> f64 {
-        (self.range[1] - self.range[0]).max(f64::MIN_POSITIVE)
-    }
-}
-
-/// A joint at one time.
-#[derive(Clone, Copy, Debug)]
-pub struct JointSample<T> {
-    /// Position, rad or m.
-    pub q: f64,
-    /// Velocity.
-    pub v: f64,
-    /// Acceleration.
-    pub a: f64,
-    /// Effort of the drive; `None` if the joint is not driven.
-    pub drive: Option<T>,
-    /// Effort that gravity, velocity terms, the other joints and known efforts exert on the joint.
-    pub external: f64,
-    /// Recorded covariate, if any.
-    pub load: Option<f64>,
-}
-
-/// Compliance between drive and joint: the drive leads the joint by `per_effort` times the transmitted effort, and
-/// by half of `gap` in its direction.
-#[derive(Clone, Copy, Debug)]
-pub struct Compliance<T> {
-    /// Reciprocal stiffness.
-    pub per_effort: T,
-    /// Damping over the square of the stiffness.
-    pub per_effort_rate: T,
-    /// Width of the play.
-    pub gap: T,
-}
-
-/// A law with parameter values. The defaults have no effect.
-pub trait JointLaw<T: Real>: Sized {
-    /// Create the law from the values of [`Spec::params`].
-    fn new(values: &[T]) -> Self;
-
-    /// Effort on the joint.
-    fn effort(&self, _at: &JointSample<T>) -> T {
-        T::zero()
-    }
-
-    /// Level of dry friction: its effort opposes the velocity, and holds the joint at rest.
-    fn dry_friction(&self, _at: &JointSample<T>) -> T {
-        T::zero()
-    }
-
-    /// Effort of the drive for a command; `largest` is the largest command of the training episodes.
-    fn drive(&self, command: T, _largest: f64) -> T {
-        command
-    }
-
-    /// True effort for its reading.
-    fn correct(&self, reading: T) -> T {
-        reading
-    }
-
-    /// Change of the equation by a change of the recorded effort, where it is not one. Residuals are divided by it: they
-    /// are errors of the reading. Otherwise a law could reduce all residuals by weakening the drive.
-    fn response(&self, _at: &JointSample<T>, _largest: f64) -> Option<T> {
-        None
-    }
-
-    /// Time by which the drive acts after its command, s; negative if the reading is late instead.
-    fn delay(&self) -> Option<T> {
-        None
-    }
-
-    /// Time constant of the drive's lag behind its command, s; negative if the reading lags instead.
-    fn lag(&self) -> Option<T> {
-        None
-    }
-
-    /// Compliance between drive and joint.
-    fn compliance(&self) -> Option<Compliance<T>> {
-        None
-    }
-}
-
-/// Drives to which an effect applies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Applies {
-    /// Every joint.
-    Always,
-    /// Joints with a drive whose effort is known, or modelled from its target.
-    Driven,
-    /// Joints whose effort is a measurement.
-    MeasuredEffort,
-    /// Joints whose effort follows a command.
-    CommandedEffort,
-    /// Joints with a drive, or a recorded covariate.
-    Loaded,
-}
-
-/// Prior of a parameter, in units of the joint's scales.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scale {
-    /// The effort.
-    Effort,
-    /// Effort over velocity.
-    Damping,
-    /// Effort over the range of the positions.
-    Stiffness,
-    /// Effort over acceleration.
-    Inertia,
-    /// Effort over the square of the velocity.
-    Drag,
-    /// The velocity.
-    Velocity,
-    /// The range of the positions.
-    Position,
-    /// The resolution in time.
-    Time,
-    /// Reciprocal of the load.
-    PerLoad,
-    /// One.
-    One,
-}
-
-impl Scale {
-    /// Its value for a joint.
-    #[must_use]
-    pub fn of(self, scales: &JointScales) -> f64 {
-        let found = match self {
-            Self::Effort => scales.effort,
-            Self::Damping => scales.effort / scales.velocity,
-            Self::Stiffness => scales.effort / scales.span(),
-            Self::Inertia => scales.effort / scales.acceleration,
-            Self::Drag => scales.effort / (scales.velocity * scales.velocity),
-            Self::Velocity => scales.velocity,
-            Self::Position => scales.span(),
-            Self::Time => scales.resolution,
-            Self::PerLoad => scales.load.map_or(1.0, |load| scales.effort / load),
-            Self::One => 1.0,
-        };
-        if found.is_finite() && found > 0.0 { found } else { 1.0 }
-    }
-}
-
-/// A parameter of a law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParamSpec {
-    /// Name in a diagnosis.
-    pub name: &'static str,
-    /// Unit, which depends on the type of the joint.
-    pub unit: Unit,
-    /// Scale of its size.
-    pub scale: Scale,
-    /// Bounds in units of the scale.
-    pub bounds: [f64; 2],
-    /// Whether it refines the law: by default it has the value that [`JointLaw::new`] documents for NaN.
-    pub refines: bool,
-    /// Whether it is a period of the position, whose starting values are those with the largest periodogram.
-    pub is_period: bool,
-    /// Whether it is a choice: given by the starting point, never fitted.
-    pub is_choice: bool,
-}
-
-/// A parameter of either sign.
-pub(crate) const fn signed(name: &'static str, unit: Unit, scale: Scale) -> ParamSpec {
-    ParamSpec {
-        name,
-        unit,
-        scale,
-        bounds: [f64::NEG_INFINITY, f64::INFINITY],
-        refines: false,
-        is_period: false,
-        is_choice: false,
-    }
-}
-
-/// A positive parameter.
-pub(crate) const fn positive(name: &'static str, unit: Unit, scale: Scale) -> ParamSpec {
-    ParamSpec { bounds: [0.0, f64::INFINITY], ..signed(name, unit, scale) }
-}
-
-/// An effect's entry in the catalogue.
-#[derive(Clone, Copy, Debug)]
-pub struct Spec {
-    /// Name in a diagnosis.
-    pub effect: &'static str,
-    /// One-line description.
-    pub summary: &'static str,
-    /// Source in the literature.
-    pub source: &'static str,
-    /// Joints to which it applies.
-    pub applies: Applies,
-    /// Parameters, in the order of a law's values.
-    pub params: &'static [ParamSpec],
-    /// Sentence of a diagnosis; `{name}` is replaced by the parameter's value with its interval, `{joint}` by the
-    /// joint's name. A part in brackets is left out if its parameter has no value.
-    pub sentence: &'static str,
-    /// Motion or rig that identifies the effect best.
-    pub experiment: &'static str,
-    /// Starting values of a fit; NaN leaves a refinement at its default.
-    pub starts: fn(&JointScales) -> Vec<Vec<f64>>,
-}
 
 macro_rules! catalogue {
     ($($kind:ident => $module:ident),* $(,)?) => {
@@ -319,22 +103,24 @@ catalogue! {
     EffortSaturation => effort_saturation,
 }
 
+/// Entries of the effects that enter the equations of several joints.
+pub(crate) const PAYLOAD: &Spec = &payload::SPEC;
+pub(crate) const BASE_TILT: &Spec = &base_tilt::SPEC;
+pub(crate) const ENCODER_OFFSET: &Spec = &encoder_offset::SPEC;
+
+/// All entries of the catalogue.
+#[must_use]
+pub fn catalogue() -> Vec<&'static Spec> {
+    let of_joints = JointKind::ALL.iter().map(|kind| kind.spec());
+    of_joints.chain([ENCODER_OFFSET, PAYLOAD, BASE_TILT]).collect()
+}
+
 /// Effort, level of dry friction and inertia that laws add at a state. Their efforts are linear in the acceleration.
 pub(crate) fn law_terms(laws: &[Law<f64>], at: &JointSample<f64>) -> [f64; 3] {
     let effort = |a: f64| laws.iter().map(|law| law.effort(&JointSample { a, ..*at })).sum::<f64>();
     let dry = laws.iter().map(|law| law.dry_friction(at)).sum();
     let free = effort(0.0);
     [free, dry, free - effort(1.0)]
-}
-
-/// The first `N` values of a law.
-pub(crate) fn take<T: Real, const N: usize>(values: &[T]) -> [T; N] {
-    std::array::from_fn(|k| values.get(k).copied().unwrap_or_else(T::zero))
-}
-
-/// The absolute value.
-pub(crate) fn magnitude<T: Real>(value: T) -> T {
-    if value.re() < 0.0 { -value } else { value }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Inertia of the rotor seen at the joint, if the armature is fixed in the nominal model.
 
-use super::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, positive, take};
+use super::law::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

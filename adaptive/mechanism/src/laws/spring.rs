@@ -1,6 +1,6 @@
 //! A spring between a joint and its parent: a cable, a balancer.
 
-use super::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, signed, take};
+use super::law::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, signed, take};
 use crate::units::Unit;
 use trundle_model::Real;
 

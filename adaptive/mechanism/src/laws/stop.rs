@@ -1,6 +1,8 @@
 //! Contact beyond a position.
 
-use super::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, signed, take};
+use super::law::{
+    Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, signed, take,
+};
 use crate::units::Unit;
 use trundle_model::Real;
 

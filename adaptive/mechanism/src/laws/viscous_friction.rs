@@ -1,6 +1,6 @@
 //! Viscous friction of a joint whose damping is fixed in the nominal model.
 
-use super::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, signed, take};
+use super::law::{Applies, JointLaw, JointSample, JointScales, Scale, Spec, signed, take};
 use crate::units::Unit;
 use trundle_model::Real;
 
