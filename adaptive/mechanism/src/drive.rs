@@ -37,8 +37,8 @@ impl Drive {
                 return Err(MechanismError::Unsuitable {
                     recording: recording.metadata.name.clone(),
                     reason: format!(
-                        "effort_{joint} has no sign (signed = false), and there is no target_{joint}: nothing tells the \
-                         direction of the drive's effort"
+                        "effort_{joint} has no sign (signed = false), and there is no target_{joint}, so that \
+                         the direction of the drive's effort is unknown"
                     ),
                     remedy: format!("record a signed effort, or the commanded positions as target_{joint}"),
                 });

@@ -317,7 +317,7 @@ fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
                 let start = joint.reference_gain;
                 add("drive_stiffness", Unit::Stiffness, Nominal::Gain, start, 0.0, start);
             }
-            // While the drive is on, its damping cannot be told from that of the joint.
+            // While the drive is on, its damping cannot be distinguished from that of the joint.
             if problem.episodes.iter().any(|e| e.joints[j].drive_damping.is_none()) && joint.switches_off {
                 let scale = ratio(scales.velocity);
                 add("drive_damping", Unit::Damping, Nominal::DriveDamping, 0.0, 0.0, scale);

@@ -98,8 +98,8 @@ fn verdict(
         let missing = before[j].mean_square.max(gained + after[j].mean_square);
         after[j].is_material && after[j].mean_square > MAX_RESIDUAL_GAIN_SHARE * missing
     };
-    let lacks = (0..problem.joints.len()).any(is_lacking);
-    match (found.best.fit.effects.is_empty(), lacks) {
+    let has_lack = (0..problem.joints.len()).any(is_lacking);
+    match (found.best.fit.effects.is_empty(), has_lack) {
         (_, true) => Verdict::Unexplained,
         (false, false) => Verdict::Explained,
         (true, false) if given == Some(false) => Verdict::Reparameterised,

@@ -140,7 +140,7 @@ def _laws(
     missing: Floats,
     has_model: bool,
 ) -> Floats:
-    """Return the effort of a model's laws on the joints, (T, n); at rest friction exerts what is missing."""
+    """Return the effort of a model's laws, (T, n); at rest friction exerts the missing effort."""
     out: Floats = np.zeros_like(own["q"])
     driven = [one.drive is not None for one in signals]
     for k, (q, v, a) in enumerate(zip(own["q"], own["v"], own["a"], strict=True)):

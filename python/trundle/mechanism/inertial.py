@@ -70,7 +70,7 @@ def body_columns(
     -------
     total : (T, N, 10) array
         By mass, three first moments, and six second moments in the order of `SECOND_MOMENTS`; off-diagonal
-        columns are by the moment that stands for both symmetric entries.
+        columns are by the moment that represents both symmetric entries.
     weight : (T, N, 10) array
         The part of it that is due to gravity; zero for second moments.
     """

@@ -195,7 +195,7 @@ def _exerts_force(tendon: Any) -> bool:
 def _lock_equalities(
     spec: Any, name: str, kept: Collection[str], groups: Mapping[str, str], removed: Collection[str]
 ) -> None:
-    """Remove constraints without effect on kept joints, and refuse those that the inverse dynamics lacks."""
+    """Remove constraints without effect on kept joints; refuse those outside the inverse dynamics."""
     mujoco = import_mujoco()
     kinds = mujoco.mjtEq
     for tie in list(spec.equalities):

@@ -21,7 +21,7 @@ __all__ = ["FRICTION_SOLIMP", "JointLaws", "simulate"]
 Floats = NDArray[np.float64]
 
 MAX_STEP_S = 0.002
-"""Largest step of the integration, s, whatever the model's step."""
+"""Largest step of the integration, s. A smaller step of the model is kept."""
 FRICTION_SOLIMP = (0.999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of dry friction. With MuJoCo's default a joint at rest creeps visibly under its load."""
 MAX_SPEED = 1e6

@@ -55,7 +55,7 @@ def apply_model(model: MechanismModel, source: str | os.PathLike[str]) -> Patch:
     Raises
     ------
     TrundleError
-        If a value or effect is unknown, or lacks a parameter.
+        If a value or effect is unknown, or a parameter is missing.
     """
     patch = open_patch(Path(source), model.mechanism.joints)
     targets: dict[str, dict[str, float]] = {}

@@ -28,7 +28,7 @@ class FileMap(ColumnMap):
     Attributes
     ----------
     path : str
-        Path below the source; a `*` in it stands for the name of the episode.
+        Path below the source; a `*` in it matches the name of the episode.
     """
 
     path: str = ""
@@ -115,7 +115,7 @@ def _single_files(
 
 
 def match_files(source: Path, files: Sequence[FileMap]) -> dict[str | None, list[tuple[Path, ColumnMap]]]:
-    """Return the files of each episode, by the text that the `*` of their paths stands for.
+    """Return the files of each episode, by the text that the `*` of their paths matches.
 
     Raises
     ------

@@ -18,7 +18,7 @@ class Part:
     Attributes
     ----------
     stamp : int or None
-        Time in the header, ns; None if the message has none, or a time of zero, which stands for "now".
+        Time in the header, ns; None if the message has none, or a time of zero, which means "now".
     delay : int
         Time after `stamp`, or after the time of the log, ns.
     joints : sequence of str or None
