@@ -19,7 +19,11 @@ from tests.mechanism_diagnosis.recordings import (
     pendulum_recording,
     write_log,
 )
+from trundle import _native
 from trundle.cli import main
+from trundle.joint_diagnosis import read_log
+from trundle.joint_diagnosis.drives import late_command
+from trundle.joint_diagnosis.mechanisms import load_mechanisms
 from trundle.mechanism import MechanismModel
 
 FRICTION = 0.3
@@ -193,3 +197,36 @@ def test_a_planar_recording_takes_no_model() -> None:
 def test_an_unknown_effect_to_exclude_is_refused() -> None:
     with pytest.raises(trundle.TrundleError, match="did you mean `joint_dry_friction`"):
         trundle.diagnose(pendulum_recording(0.1), without=["joint_dry_frictoin"])
+
+
+def test_the_last_quarter_of_a_log_is_held_out(log: Path) -> None:
+    recording = read_log(log / "log.csv", log / "robot.xml")
+    counts = [len(recording.frame(name)) for name in ("training", "held_out")]
+    assert counts[0] == pytest.approx(3 * counts[1], rel=0.01)
+    assert recording["held_out"].held_out
+    assert not recording["training"].held_out
+
+
+def test_held_out_episodes_do_not_decide_about_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[int] = []
+
+    def touching(_: object, q: np.ndarray) -> dict[tuple[str, str], float]:
+        seen.append(len(q))
+        return {}
+
+    monkeypatch.setattr("trundle.mechanism.touching_bodies", touching)
+    recording = arm_recording(FRICTION)
+    load_mechanisms(recording, _native._joint_motion(recording))
+    assert len(seen) == sum(not episode.held_out for episode in recording.values())
+
+
+def test_a_simulated_drive_is_late_by_its_delay_and_lag() -> None:
+    t = np.arange(0.0, 5.0, 0.01)
+    command = np.sin(2.0 * t)
+    late = late_command(command, {"drive_delay": {"delay": 0.05}}, 0.01)
+    np.testing.assert_allclose(late[20:], np.sin(2.0 * (t[20:] - 0.05)), atol=1e-3)
+    lagging = late_command(command, {"drive_lag": {"time_constant": 0.1}}, 0.01)
+    expected = np.sin(2.0 * t - np.arctan(0.2)) / np.hypot(1.0, 0.2)
+    np.testing.assert_allclose(lagging[200:], expected[200:], atol=2e-3)
+    early = late_command(command, {"effort_delay": {"delay": 0.05}}, 0.01)
+    np.testing.assert_allclose(early[:-20], np.sin(2.0 * (t[:-20] + 0.05)), atol=1e-3)
