@@ -85,6 +85,8 @@ pub struct JointWindow {
 pub struct JointResidual {
     /// Root mean square of each joint's residual effort.
     pub effort_rms: BTreeMap<String, f64>,
+    /// Unit of each joint's efforts.
+    pub effort_unit: BTreeMap<String, &'static str>,
     /// Share of the misfit before.
     pub share: Option<f64>,
     /// The motion during which it occurs, in words.

@@ -1,6 +1,7 @@
 //! Where a model's residual is large: joints, times, and kinds of motion.
 
 use crate::answer::JointWindow;
+use crate::lack_of_fit::LackOfFit;
 use crate::problem::Problem;
 use crate::search::Tried;
 use std::collections::BTreeMap;
@@ -55,11 +56,17 @@ fn rms<'a>(samples: impl Iterator<Item = &'a Sample>) -> f64 {
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
-/// Share of each joint in the misfit: the squared residual relative to the squared effort.
-pub(crate) fn shares(problem: &Problem, before: &Tried, after: &Tried) -> BTreeMap<String, f64> {
+/// Share of each joint in the misfit: what the effects explain of its squared residual, or what a flexible regression
+/// does, relative to the squared effort.
+pub(crate) fn shares(
+    problem: &Problem,
+    before: &Tried,
+    after: &Tried,
+    lack: &[LackOfFit],
+) -> BTreeMap<String, f64> {
     let part = |j: usize| {
         let square = |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]);
-        let gain = (square(before) - square(after)).max(0.0);
+        let gain = (square(before) - square(after)).max(lack[j].mean_square);
         gain / problem.joints[j].scales.effort.powi(2).max(f64::MIN_POSITIVE)
     };
     let parts: Vec<f64> = (0..problem.joints.len()).map(part).collect();

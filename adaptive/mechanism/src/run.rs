@@ -16,6 +16,7 @@ use crate::problem::Problem;
 use crate::rows::Scope;
 use crate::search::{Found, Searcher, Support, Tried};
 use crate::statement::statement;
+use crate::units::Unit;
 use std::collections::BTreeMap;
 use trundle_diagnose::{
     MAX_RESIDUAL_GAIN_SHARE, MAX_TIE_DIFFERENCE_NATS, MIN_MATERIAL_ERROR_RATIO, Quantity, Verdict,
@@ -51,7 +52,7 @@ pub fn diagnose_joints(
         found.support.clear();
     }
     watch.progress("figures", 0.0);
-    let answer = answer(problem, &searcher, &mut found, verdict, &after);
+    let answer = answer(problem, &searcher, &mut found, verdict, [&before, &after]);
     let (base, best) = (found.base.fit, found.best.fit);
     Ok(JointOutcome::new(problem, answer, base, best))
 }
@@ -112,7 +113,7 @@ fn answer(
     searcher: &Searcher<'_>,
     found: &mut Found,
     verdict: Verdict,
-    after: &[LackOfFit],
+    [before, after]: [&[LackOfFit]; 2],
 ) -> JointAnswer {
     let times = searcher.times(&found.best);
     let best = found.best.clone();
@@ -149,13 +150,18 @@ fn answer(
         tied: single_ties(&tied),
         immaterial: if verdict == Verdict::Unexplained { vec![] } else { immaterial },
         mismatch: JointMismatch {
-            joints: shares(problem, &found.base, &found.best),
+            joints: shares(problem, &found.base, &found.best, before),
             regime: if is_consistent { None } else { regime(problem, &found.base, worst) },
             windows: if is_consistent { vec![] } else { windows(problem, &found.base) },
         },
         residual: JointResidual {
             effort_rms: (0..times.len())
                 .map(|j| (problem.joints[j].name.clone(), square(&found.best, j).sqrt()))
+                .collect(),
+            effort_unit: problem
+                .joints
+                .iter()
+                .map(|joint| (joint.name.clone(), Unit::Effort.text(joint.is_hinge, problem.effort_unit)))
                 .collect(),
             share: Some(total(&found.best) / total(&found.base).max(f64::MIN_POSITIVE)),
             regime: if is_consistent { None } else { regime(problem, &found.best, worst) },

@@ -53,6 +53,8 @@ def render_joints(
     """Render the page; the same input gives the same bytes."""
     kinds = _kinds(recording, mechanisms)
     marked = _concerned(answer, mechanisms)
+    if answer["verdict"] == "unexplained":
+        marked = _worst(answer)[:1]
     shown = (marked or _worst(answer))[:MAX_JOINTS]
     laws, episodes = _figures(answer, recording, motion, outcome, mechanisms, paths, kinds, shown)
     return render_template(
@@ -150,11 +152,7 @@ def _kinds(recording: JointRecording, mechanisms: EpisodeMechanisms | None) -> d
 
 def _units(answer: JointAnswer, joint: str, kind: str) -> tuple[str, str]:
     """Return the units of position and effort of a joint."""
-    per_inertia = any(warning.startswith("nothing fixes the scale") for warning in answer["warnings"])
-    position = "rad" if kind == "hinge" else "m"
-    if per_inertia:
-        return position, f"{position}/s²"
-    return position, "N·m" if kind == "hinge" else "N"
+    return "rad" if kind == "hinge" else "m", answer["residual"]["effort_unit"][joint]
 
 
 def _figures(
