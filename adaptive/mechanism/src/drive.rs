@@ -15,6 +15,11 @@ pub enum Drive {
 }
 
 impl Drive {
+    /// Whether its record is a command, which is held until the next one.
+    pub(crate) fn is_held(self) -> bool {
+        matches!(self, Self::Target | Self::Effort(EffortSource::Commanded | EffortSource::Voltage))
+    }
+
     /// What drives a joint, by its columns.
     ///
     /// # Errors

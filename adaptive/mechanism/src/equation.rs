@@ -2,14 +2,13 @@
 //! needs. Its residual is zero for the right model.
 
 use crate::drive::Drive;
-use crate::laws::{JointSample, Law, law_terms};
+use crate::laws::{JointSample, Law, law_terms, magnitude};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
+use crate::play::{Side, unseen_side};
 use crate::problem::{EpisodeData, JointSetup, Problem};
 use crate::series::Series;
 use trundle_model::Real;
 
-/// Transmitted effort, as a share of its rms, below which drive and joint lose contact within a play.
-const CONTACT_SHARE: f64 = 0.05;
 /// Least response of the equation to the recorded effort.
 const MIN_RESPONSE: f64 = 0.05;
 
@@ -23,6 +22,8 @@ pub(crate) struct JointModel<T> {
     gain: Option<T>,
     drive_damping: Option<T>,
     back_emf: T,
+    /// Time by which the drive acts after its record.
+    timing: Option<T>,
     offset: T,
     laws: Vec<Law<T>>,
 }
@@ -46,6 +47,7 @@ impl<T: Real> JointModel<T> {
             gain: None,
             drive_damping: None,
             back_emf: T::zero(),
+            timing: None,
             offset: T::zero(),
             laws: vec![],
         };
@@ -63,6 +65,7 @@ impl<T: Real> JointModel<T> {
                 Role::Nominal(Nominal::Gain) => model.gain = Some(found),
                 Role::Nominal(Nominal::DriveDamping) => model.drive_damping = Some(found),
                 Role::Nominal(Nominal::BackEmf) => model.back_emf = found,
+                Role::Nominal(Nominal::Timing) => model.timing = Some(found),
                 Role::Nominal(Nominal::Mass(_)) => {}
                 Role::Effect(effect, param) => values[effect][param] = found,
             }
@@ -80,7 +83,7 @@ impl<T: Real> JointModel<T> {
     /// Commands after delays and lags, at every time of an episode.
     pub fn commands(&self, series: &Series, dt: f64) -> Vec<T> {
         let mut command: Vec<T> = series.command.iter().map(|c| T::lift(*c)).collect();
-        if let Some(delay) = self.laws.iter().filter_map(Law::delay).reduce(|a, b| a + b) {
+        if let Some(delay) = self.laws.iter().filter_map(Law::delay).chain(self.timing).reduce(|a, b| a + b) {
             command = delayed(&series.command, delay / dt);
         }
         for lag in self.laws.iter().filter_map(Law::lag) {
@@ -159,13 +162,21 @@ impl<T: Real> JointModel<T> {
             _ => needed[k].re() - known[k],
         };
         let transmitted: Vec<f64> = (0..series.q.len()).map(transmitted).collect();
-        let compliant = self.compliant(setup.encoder_on_drive, &transmitted, &own_inertia, episode.dt);
+        let external = |k: usize| known[k] - (needed[k].re() - own_inertia(k) * series.a[k]);
+        let on_drive = setup.encoder_on_drive;
+        let compliant = self
+            .compliant(on_drive, &transmitted, &own_inertia, episode.dt)
+            .or_else(|| self.loose(series, on_drive, drive.as_deref(), &external, &own_inertia, episode.dt));
         let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
         let mut held = vec![false; series.q.len()];
+        // With a free gain, residuals are compared in units of the reading: no gain makes them smaller.
+        let size = self
+            .gain
+            .map_or_else(|| T::lift(1.0), |gain| at_least_small(magnitude(gain / setup.reference_gain)));
         let one = |k: usize| {
             let (q, v, a) = (series.q[k], series.v[k], series.a[k]);
-            let external = known[k] - (needed[k].re() - own_inertia(k) * a);
+            let external = external(k);
             let load = series.load.as_ref().map(|load| load[k]);
             let at = JointSample { q, v, a, drive: drive.as_ref().map(|drive| drive[k]), external, load };
             let mut net = at.drive.unwrap_or_else(T::zero) + known[k] - needed[k] - self.armature * a;
@@ -174,7 +185,7 @@ impl<T: Real> JointModel<T> {
                 net += compliant[k];
             }
             let mut level = T::lift(loss);
-            let mut response = self.gain.map_or_else(|| T::lift(1.0), |gain| gain / setup.reference_gain);
+            let mut response = T::lift(1.0);
             for law in &self.laws {
                 if let Some(factor) = law.response(&at, largest) {
                     response = response * factor;
@@ -189,11 +200,8 @@ impl<T: Real> JointModel<T> {
             }
             let error = if direction > 0.0 { net - level } else { net + level };
             // A law that strengthens the drive must not reduce the errors of the motion either.
-            match response.re() {
-                large if large >= 1.0 => error,
-                small if small <= MIN_RESPONSE => error / MIN_RESPONSE,
-                _ => error / response,
-            }
+            let error = if response.re() >= 1.0 { error } else { error / at_least_small(response) };
+            error / size
         };
         let residual = (0..series.q.len()).map(one).collect();
         (residual, held)
@@ -208,12 +216,8 @@ impl<T: Real> JointModel<T> {
         dt: f64,
     ) -> Option<Vec<T>> {
         let compliance = self.laws.iter().find_map(Law::compliance)?;
-        let count = transmitted.len().max(1) as f64;
-        let rms = (transmitted.iter().map(|x| x * x).sum::<f64>() / count).sqrt().max(f64::MIN_POSITIVE);
         let lead = |k: usize| {
-            let effort = transmitted[k];
-            compliance.per_effort * effort - compliance.per_effort_rate * slope(transmitted, k, dt)
-                + compliance.gap * (0.5 * (effort / (CONTACT_SHARE * rms)).tanh())
+            compliance.per_effort * transmitted[k] - compliance.per_effort_rate * slope(transmitted, k, dt)
         };
         let lead: Vec<T> = (0..transmitted.len()).map(lead).collect();
         let one = |k: usize| {
@@ -228,12 +232,48 @@ impl<T: Real> JointModel<T> {
         };
         Some((0..transmitted.len()).map(one).collect())
     }
+
+    /// Effort by which a play between drive and joint changes the equation; `None` without one. `effort` is that of the
+    /// drive, `external` that of the surroundings on the links.
+    fn loose(
+        &self,
+        series: &Series,
+        encoder_on_drive: bool,
+        effort: Option<&[T]>,
+        external: &dyn Fn(usize) -> f64,
+        own_inertia: &dyn Fn(usize) -> f64,
+        dt: f64,
+    ) -> Option<Vec<T>> {
+        let gap = self.laws.iter().find_map(Law::gap)?;
+        let side = |k: usize| {
+            if encoder_on_drive {
+                return Side {
+                    effort: T::lift(external(k)),
+                    inertia: T::lift(own_inertia(k)),
+                    damping: T::zero(),
+                };
+            }
+            let effort = effort.map_or_else(T::zero, |effort| effort[k]);
+            Side { effort, inertia: self.armature, damping: self.damping }
+        };
+        let unseen = unseen_side(&series.q, gap, dt, &side);
+        let one = |k: usize| {
+            let [a, v] = unseen[k];
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(unseen.len() - 1));
+            let seen = (series.q[after] - 2.0 * series.q[k] + series.q[before]) / (dt * dt);
+            if encoder_on_drive {
+                return (-a + seen) * own_inertia(k);
+            }
+            self.armature * (-a + seen) + self.damping * (-v + slope(&series.q, k, dt))
+        };
+        Some((0..unseen.len()).map(one).collect())
+    }
 }
 
 impl JointModel<f64> {
     /// Whether its laws can be simulated forward.
     pub fn can_be_simulated(&self) -> bool {
-        self.laws.iter().all(|law| law.compliance().is_none())
+        self.laws.iter().all(|law| law.compliance().is_none() && law.gap().is_none())
     }
 
     /// Torque that gravity exerts on an axis at a position.
@@ -258,6 +298,10 @@ impl JointModel<f64> {
         let v = if free.abs() <= stopping { 0.0 } else { sliding };
         [at.q + dt * v, v]
     }
+}
+
+fn at_least_small<T: Real>(response: T) -> T {
+    if response.re() <= MIN_RESPONSE { T::lift(MIN_RESPONSE) } else { response }
 }
 
 /// Central difference.

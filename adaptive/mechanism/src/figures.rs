@@ -102,12 +102,16 @@ pub(crate) fn figures(problem: &Problem, fit: &Fit, held_out: bool) -> Option<Fi
                 windows.add(window_errors(problem, fit, episode).into_iter());
             }
         }
+        let gain = fit.gain(j).map_or(1.0, |gain| gain.abs() / joint.reference_gain);
         let figures = JointFigures {
             position_rmse: whole.rms(),
             window_position_rmse: windows.rms(),
-            effort_rmse: effort.rms().filter(|_| joint.drive != Drive::None || problem.axis.is_some()),
+            effort_rmse: effort
+                .rms()
+                .map(|rms| rms * gain)
+                .filter(|_| joint.drive != Drive::None || problem.axis.is_some()),
         };
-        let effort_range = effort_range(problem, j);
+        let effort_range = effort_range(problem, fit, j);
         let ranges = [joint.scales.span(), joint.scales.span(), effort_range];
         let values = [figures.position_rmse, figures.window_position_rmse, figures.effort_rmse];
         for ((sum, value), range) in relative.iter_mut().zip(values).zip(ranges) {
@@ -121,11 +125,17 @@ pub(crate) fn figures(problem: &Problem, fit: &Fit, held_out: bool) -> Option<Fi
 }
 
 /// Largest minus smallest recorded effort of a joint in the training episodes; zero without a recorded effort.
-fn effort_range(problem: &Problem, j: usize) -> f64 {
+fn effort_range(problem: &Problem, fit: &Fit, j: usize) -> f64 {
     if !matches!(problem.joints[j].drive, Drive::Effort(_)) {
         return 0.0;
     }
-    range(problem.episodes.iter().filter(|e| !e.held_out).flat_map(|e| &e.joints[j].command))
+    let free = fit.gain(j).map_or(1.0, f64::abs);
+    let of = |e: &EpisodeData| {
+        let series = &e.joints[j];
+        series.command.iter().map(|effort| effort * series.gain.unwrap_or(free)).collect::<Vec<f64>>()
+    };
+    let all: Vec<f64> = problem.episodes.iter().filter(|e| !e.held_out).flat_map(of).collect();
+    range(all.iter())
 }
 
 /// Position and velocity at sample `k`, from a cubic through the samples up to it.

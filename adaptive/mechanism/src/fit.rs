@@ -1,7 +1,7 @@
 //! Fits of a model to the equations of the joints, by Levenberg–Marquardt steps on the free parameters.
 
 use crate::common;
-use crate::model::{Effect, Slot, slots};
+use crate::model::{Effect, Nominal, Role, Slot, slots};
 use crate::others::Others;
 use crate::problem::Problem;
 use crate::rows::{JointRows, Scope, evaluate, normal_equations, robust_sd};
@@ -24,6 +24,9 @@ pub(crate) struct Fit {
     pub samples: Vec<usize>,
     /// −log prior density up to a constant.
     pub penalty: f64,
+    /// Number of parameters that the data determine: the trace of H (H + P)⁻¹ with the data's and the prior's
+    /// precision (Spiegelhalter et al. 2002). Parameters that only the prior determines do not count.
+    pub rank: f64,
 }
 
 impl Fit {
@@ -31,6 +34,12 @@ impl Fit {
     pub fn cost(&self, time: &[f64]) -> f64 {
         let own = |j: usize| self.samples[j] as f64 / time[j] * self.sd[j].max(f64::MIN_POSITIVE).ln();
         (0..self.sd.len()).filter(|j| self.samples[*j] > 0).map(own).sum::<f64>() + self.penalty
+    }
+
+    /// Fitted gain of a joint's drive; `None` if it is given.
+    pub fn gain(&self, j: usize) -> Option<f64> {
+        let is_gain = |slot: &Slot| slot.joint == Some(j) && slot.role == Role::Nominal(Nominal::Gain);
+        self.slots.iter().position(is_gain).map(|k| self.values[k])
     }
 
     /// Effects with their fitted values.
@@ -172,10 +181,21 @@ pub(crate) fn fit_with(
         rows = evaluate(problem, effects, &slots, &values, scope, true);
         sd = spread(&rows);
     }
-    let rows = evaluate(problem, effects, &slots, &values, scope, false);
+    let rows = evaluate(problem, effects, &slots, &values, scope, true);
     let sd = spread(&rows);
     let mut samples = vec![0; problem.joints.len()];
     rows.iter().for_each(|own| samples[own.joint] = own.residual.len());
     let penalty = penalty(&slots, &values);
-    Fit { effects: effects.to_vec(), slots, values, sd, samples, penalty }
+    let (precision, _) = normal_equations(&rows, &sd, &slots, &values, &|_| true);
+    let rank = rank(&precision, &slots);
+    Fit { effects: effects.to_vec(), slots, values, sd, samples, penalty, rank }
+}
+
+/// Number of parameters that the data determine, from the precision of data and prior together.
+fn rank(precision: &DMatrix<f64>, slots: &[Slot]) -> f64 {
+    let scale: Vec<f64> = (0..slots.len()).map(|k| precision[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
+    let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, k| precision[(i, k)] / (scale[i] * scale[k]));
+    let Some(covariance) = scaled.cholesky().map(|c| c.inverse()) else { return slots.len() as f64 };
+    let by_prior = |k: usize| covariance[(k, k)] / (scale[k] * slots[k].prior[1]).powi(2);
+    slots.len() as f64 - (0..slots.len()).map(by_prior).sum::<f64>()
 }

@@ -1,7 +1,8 @@
 //! Lack of fit: the part of a residual that a flexible regression on the joint's state predicts in left-out parts.
 //!
 //! Noise cannot be predicted. What a regression on position, velocity, acceleration and effort predicts is physics that
-//! the model misses. The regression uses random Fourier features (Rahimi and Recht 2007) and a ridge penalty.
+//! the model misses. The regression uses random Fourier features (Rahimi and Recht 2007) and a ridge penalty. A residual
+//! that is larger than the noise of positions and efforts allows, or correlated in time, is not noise either.
 
 use crate::drive::Drive;
 use crate::problem::Problem;
@@ -21,6 +22,10 @@ const MIN_SAMPLES_PER_FEATURE: usize = 4;
 const RIDGE: f64 = 0.01;
 /// Autocorrelation of neighbouring samples above which a residual is no white noise. Filtered noise has 0.1.
 const MAX_AUTOCORRELATION: f64 = 0.5;
+
+/// Factor of the variance that the noise of positions and efforts gives a residual, for what the estimates neglect: the
+/// other joints' accelerations, and noise that is not quite white.
+const NOISE_MARGIN: f64 = 4.0;
 
 /// Lack of fit of one joint.
 #[derive(Clone, Copy, Debug, Default)]
@@ -76,7 +81,8 @@ pub(crate) fn lack_of_fit(problem: &Problem, model: &Tried, joint: usize) -> Lac
         && before >= MIN_MATERIAL_ERROR_RATIO * after;
     let correlation = autocorrelation(residuals);
     let correlated = if correlation > MAX_AUTOCORRELATION { before * correlation } else { 0.0 };
-    let found = if is_predicted { (before - after).max(correlated) } else { correlated };
+    let excess = before - NOISE_MARGIN * problem.joints[joint].sensor_noise.powi(2);
+    let found = correlated.max(excess).max(if is_predicted { before - after } else { 0.0 });
     let scale = problem.joints[joint].scales.effort;
     LackOfFit { mean_square: found, is_material: found > NEGLIGIBLE_SHARE * scale * scale }
 }
@@ -88,8 +94,7 @@ fn input(problem: &Problem, joint: usize, episode: usize, k: usize) -> Vec<f64> 
     let middle = f64::midpoint(scales.range[0], scales.range[1]);
     let drive = match setup.drive {
         Drive::None => 0.0,
-        Drive::Effort(_) => series.command[k],
-        Drive::Target => series.command[k] - series.raw[k],
+        drive => series.command_error(drive, k),
     };
     let size = setup.largest_command / 2.0;
     let needed = problem.episodes[episode].dynamics.as_ref().map(|dynamics| dynamics.effort[joint][k]);

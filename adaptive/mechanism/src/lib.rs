@@ -23,6 +23,7 @@ mod motion;
 mod others;
 mod outcome;
 mod periodogram;
+mod play;
 mod problem;
 mod resample;
 mod rows;

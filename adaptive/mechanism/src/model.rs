@@ -11,6 +11,9 @@ const PRIOR_SD: f64 = 10.0;
 /// Relative standard deviation of the masses of a model (MECHANISM.md).
 const MASS_SD: f64 = 0.3;
 
+/// Standard deviation of the timing of a drive between samples, as a share of its largest value.
+const TIMING_SD: f64 = 0.5;
+
 /// Kind of an added effect, with the place where it acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -155,6 +158,7 @@ pub(crate) enum Nominal {
     Gain,
     DriveDamping,
     BackEmf,
+    Timing,
     /// Mass of a body.
     Mass(usize),
 }
@@ -261,6 +265,17 @@ fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
         let ratio = scales.effort / divisor;
         if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
     };
+    if joint.timing[0] < joint.timing[1] {
+        found.push(Slot {
+            name: format!("timing:{}", joint.name),
+            unit: Unit::Time,
+            joint: Some(j),
+            role: Role::Nominal(Nominal::Timing),
+            start: 0.0,
+            bounds: joint.timing,
+            prior: [0.0, TIMING_SD * joint.timing[1].max(-joint.timing[0])],
+        });
+    }
     let mut add = |key: &str, unit: Unit, role: Nominal, start: f64, lower: f64, scale: f64| {
         found.push(Slot {
             name: format!("{key}:{}", joint.name),

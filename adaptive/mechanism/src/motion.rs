@@ -56,6 +56,19 @@ pub struct Motion {
     pub(crate) velocity_noise: Vec<f64>,
     /// Standard deviation of each of the two filter stages, s.
     pub(crate) stage_sd: f64,
+    /// Median interval between positions in the training episodes by joint, s.
+    pub(crate) interval: Vec<f64>,
+}
+
+impl Motion {
+    /// Standard deviation of a derivative of white noise of unit standard deviation, sampled at an interval, after both
+    /// stages of the filter. A Gaussian filter of standard deviation s has √(T/(2√π s)) for the value, with the factors
+    /// 1/(√2 s) and √3/(2 s²) for the derivatives.
+    pub(crate) fn noise_gain(&self, derivative: usize, interval: f64) -> f64 {
+        let sd = self.stage_sd * 2f64.sqrt();
+        let factor = [1.0, 0.5f64.sqrt() / sd, 0.75f64.sqrt() / (sd * sd)][derivative];
+        factor * (interval / (2.0 * std::f64::consts::PI.sqrt() * sd)).sqrt().min(1.0)
+    }
 }
 
 /// Smooth the positions of a recording. All joints share the filter, because their efforts depend on each other's
@@ -73,7 +86,7 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
     let is_training: Vec<bool> =
         recording.episodes.iter().map(|episode| !recording.metadata.is_held_out(&episode.name)).collect();
     let stated = recording.metadata.noise.as_ref().and_then(|noise| noise.position.as_ref());
-    let mut position_noise = vec![];
+    let (mut position_noise, mut interval) = (vec![], vec![]);
     let mut bandwidth = f64::INFINITY;
     for (joint, episodes) in joints.iter().zip(&streams) {
         let training: Vec<Positions<'_>> = episodes
@@ -84,6 +97,7 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
             .collect();
         let sd = stated.and_then(|by| by.of(joint)).copied().unwrap_or_else(|| noise(&training));
         position_noise.push(sd);
+        interval.push(training.iter().filter_map(|one| median_interval(one.t)).fold(0.0, f64::max));
         let moves = range(training.iter().flat_map(|episode| episode.q)) > MIN_RANGE_SDS * sd;
         if moves {
             bandwidth = bandwidth.min(cutoff(&training, sd, slowest_interval(recording, joint)));
@@ -105,7 +119,7 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
     let dt = episodes.iter().find(|episode| !episode.held_out).map_or(stage_sd, |episode| episode.grid.dt);
     let amplification = Kernel::flat(stage_sd, dt).noise()[1];
     let velocity_noise = position_noise.iter().map(|sd| sd * amplification).collect();
-    Ok(Motion { joints, episodes, bandwidth, position_noise, velocity_noise, stage_sd })
+    Ok(Motion { joints, episodes, bandwidth, position_noise, velocity_noise, stage_sd, interval })
 }
 
 /// Largest minus smallest value.

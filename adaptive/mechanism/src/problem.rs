@@ -40,8 +40,12 @@ pub struct JointSetup {
     pub largest_command: f64,
     /// Gain of the drive at which errors of its recorded effort have the size of efforts, if the gain is free.
     pub reference_gain: f64,
+    /// Times by which the drive may act after its record, s: how it acts between samples is not known.
+    pub timing: [f64; 2],
     /// Standard deviation of the stated noise of the effort after the filter; zero if it is not stated.
     pub noise: f64,
+    /// Standard deviation that the noise of positions and efforts can give the residual.
+    pub sensor_noise: f64,
 }
 
 /// One episode.
@@ -185,14 +189,7 @@ impl Problem {
         let training: Vec<&Series> =
             self.episodes.iter().filter(|e| !e.held_out).map(|e| &e.joints[j]).collect();
         let rms = |of: &dyn Fn(&Series, usize) -> f64| {
-            let (mut sum, mut count) = (0.0, 0.0);
-            for series in &training {
-                for k in 0..series.q.len() {
-                    sum += of(series, k).powi(2);
-                    count += 1.0;
-                }
-            }
-            (sum / f64::max(count, 1.0)).sqrt()
+            rms_of(training.iter().flat_map(|series| (0..series.q.len()).map(|k| of(series, k))))
         };
         let velocity = rms(&|s, k| s.v[k]);
         let acceleration = rms(&|s, k| s.a[k]);
@@ -204,8 +201,7 @@ impl Problem {
         let effort = match drive {
             Drive::None => needed,
             _ if gain.is_none() && self.effort_unit == EffortUnit::Newton => needed,
-            Drive::Effort(_) => rms(&|s, k| s.command[k] * s.on[k] * gain.unwrap_or(1.0) + s.known[k]),
-            Drive::Target => rms(&|s, k| (s.command[k] - s.raw[k]) * s.on[k]) * gain.unwrap_or(1.0),
+            _ => rms(&|s, k| s.command_error(drive, k) * s.on[k] * gain.unwrap_or(1.0) + s.known[k]),
         };
         let load = rms(&|s, k| s.load.as_ref().map_or(0.0, |load| load[k]));
         let scales = JointScales {
@@ -222,11 +218,23 @@ impl Problem {
         let kernel = first.map(|e| e.kernel.noise()).unwrap_or_default();
         // Both stages together have √2 times the standard deviation of one.
         let noise = stated.unwrap_or(0.0) * gain.unwrap_or(1.0) * kernel[0] * 2f64.powf(-0.25);
-        let largest_command =
-            training.iter().map(|s| s.largest_command(drive)).fold(f64::MIN_POSITIVE, f64::max);
+        let gain_or_reference = |reference: f64| gain.unwrap_or(reference);
+        let error = |s: &Series, k: usize| s.command_error(drive, k);
+        let command = rms(&|s, k| error(s, k) * s.on[k]);
+        let all = training.iter().flat_map(|s| (0..s.q.len()).map(|k| error(s, k).abs()));
+        let reference_gain = if command > 0.0 { effort / command } else { 1.0 };
+        let reading = rms_of(training.iter().map(|s| s.noise));
+        let interval = training.iter().map(|s| s.interval).fold(0.0, f64::max);
+        let positions = if drive == Drive::Target { motion.position_noise[j] } else { 0.0 };
+        let sensor_noise = [
+            gain_or_reference(reference_gain) * reading.hypot(positions) * motion.noise_gain(0, interval),
+            self.inertia_of(j, &scales) * motion.position_noise[j] * motion.noise_gain(2, motion.interval[j]),
+        ];
         JointSetup {
-            reference_gain: if largest_command > f64::MIN_POSITIVE { effort / largest_command } else { 1.0 },
-            largest_command,
+            sensor_noise: sensor_noise[0].hypot(sensor_noise[1]),
+            reference_gain,
+            largest_command: all.fold(f64::MIN_POSITIVE, f64::max),
+            timing: timing(drive, interval),
             name: name.to_owned(),
             is_hinge,
             drive,
@@ -239,6 +247,16 @@ impl Problem {
         }
     }
 
+    /// Size of the inertia that a joint feels.
+    fn inertia_of(&self, j: usize, scales: &JointScales) -> f64 {
+        let training = self.episodes.iter().filter(|e| !e.held_out);
+        let own = training.filter_map(|e| e.dynamics.as_ref()).flat_map(|d| d.own_inertia[j].iter().copied());
+        match self.axis {
+            Some(axis) => axis.inertia.unwrap_or_else(|| crate::laws::Scale::Inertia.of(scales)),
+            None => rms_of(own) + self.of_model[j][0],
+        }
+    }
+
     /// Size of the effort that inertia, gravity and the model need at a joint.
     fn needed_effort(&self, j: usize, acceleration: f64, angle: f64) -> f64 {
         if let Some(axis) = self.axis {
@@ -248,10 +266,23 @@ impl Problem {
                 .map_or(inertial, |torque| inertial.max(torque.abs() * angle.min(1.0)));
         }
         let training = self.episodes.iter().filter(|e| !e.held_out);
-        let efforts = training.filter_map(|e| e.dynamics.as_ref()).flat_map(|d| &d.effort[j]);
-        let (sum, count) =
-            efforts.fold((0.0, 0.0), |(sum, count), effort| (sum + effort * effort, count + 1.0));
-        (sum / f64::max(count, 1.0)).sqrt()
+        rms_of(training.filter_map(|e| e.dynamics.as_ref()).flat_map(|d| d.effort[j].iter().copied()))
+    }
+}
+
+fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+/// Measured efforts may belong to any time between their neighbours. A held command may have changed between two samples,
+/// and so act earlier than its record.
+fn timing(drive: Drive, interval: f64) -> [f64; 2] {
+    let half = interval / 2.0;
+    match drive {
+        Drive::None => [0.0, 0.0],
+        _ if drive.is_held() => [-half, 0.0],
+        _ => [-half, half],
     }
 }
 

@@ -35,9 +35,23 @@ fn before(t: &[f64], at: f64) -> usize {
     t.partition_point(|time| *time <= at).saturating_sub(1)
 }
 
-/// Samples held until the next one; the first value before the first sample.
+/// Mean of samples that are held until the next one, over the intervals of the grid; the first value before the first
+/// sample. Values at the times of the grid alone would be half an interval early.
 pub(crate) fn held(t: &[f64], values: &[f64], grid: &Grid) -> Vec<f64> {
-    (0..grid.len).map(|k| values.get(before(t, grid.t(k))).copied().unwrap_or(0.0)).collect()
+    (0..grid.len)
+        .map(|k| mean_held(t, values, grid.t(k) - grid.dt / 2.0, grid.t(k) + grid.dt / 2.0))
+        .collect()
+}
+
+fn mean_held(t: &[f64], values: &[f64], from: f64, to: f64) -> f64 {
+    let value = |k: usize| values.get(k).copied().unwrap_or(0.0);
+    let (first, last) = (before(t, from), before(t, to));
+    let one = |k: usize| {
+        let start = if k == first { from } else { t[k] };
+        let end = if k == last { to } else { t[k + 1] };
+        value(k) * (end - start) / (to - from)
+    };
+    if first == last { value(first) } else { (first..=last).map(one).sum() }
 }
 
 /// Measured samples: their mean over the intervals of the grid where there are several, else the cubic through the
@@ -107,7 +121,13 @@ mod tests {
     #[test]
     fn commands_are_held() {
         let found = held(&[0.0, 0.5], &[1.0, 2.0], &GRID);
-        assert!((found[49] - 1.0).abs() < 1e-12 && (found[50] - 2.0).abs() < 1e-12);
+        // The interval around the step contains both halves.
+        let expected = [1.0, 1.5, 2.0];
+        assert!(
+            found[49..=51].iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-12),
+            "{:?}",
+            &found[49..=51]
+        );
     }
 
     #[test]

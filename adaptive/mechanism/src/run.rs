@@ -300,8 +300,8 @@ fn tied(problem: &Problem, found: &Found, times: &[f64]) -> Vec<Vec<String>> {
     let mut sets = vec![names(best)];
     for tried in &found.tried {
         let close = tried.fit.cost(times) - best.fit.cost(times) < MAX_TIE_DIFFERENCE_NATS;
-        let is_like = tried.fit.slots.len() <= best.fit.slots.len()
-            && tried.fit.effects.len() == best.fit.effects.len();
+        let is_like =
+            tried.fit.rank < best.fit.rank + 0.5 && tried.fit.effects.len() == best.fit.effects.len();
         if close && is_like && !sets.contains(&names(tried)) {
             sets.push(names(tried));
         }

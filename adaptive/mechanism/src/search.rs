@@ -46,7 +46,7 @@ impl Tried {
     /// Log evidence by the Bayesian information criterion (Schwarz 1978); `time` as in [`Fit::cost`].
     pub fn log_evidence(&self, time: &[f64]) -> f64 {
         let samples: f64 = (0..time.len()).map(|j| self.fit.samples[j] as f64 / time[j]).sum();
-        -self.fit.cost(time) - 0.5 * self.fit.slots.len() as f64 * samples.max(1.0).ln()
+        -self.fit.cost(time) - 0.5 * self.fit.rank * samples.max(1.0).ln()
     }
 }
 
@@ -130,7 +130,7 @@ impl Searcher<'_> {
         let children = self.children(parent, tried)?;
         let mut passing = vec![];
         for child in &children {
-            if self.support(parent, child).passes() && self.all_pass(child, tried) {
+            if self.improves(parent, child) && self.all_pass(child, tried) {
                 passing.push(child.clone());
             }
         }
@@ -141,12 +141,18 @@ impl Searcher<'_> {
         }
         for child in children.iter().take(MAX_PARENTS) {
             for grandchild in self.children(child, tried)? {
-                if self.support(child, &grandchild).passes() && self.all_pass(&grandchild, tried) {
+                if self.improves(child, &grandchild) && self.all_pass(&grandchild, tried) {
                     return Ok(Some(grandchild));
                 }
             }
         }
         Ok(None)
+    }
+
+    /// Whether what `fuller` has in addition passes the tests, and the evidence for it is larger.
+    fn improves(&self, simpler: &Tried, fuller: &Tried) -> bool {
+        let times = self.times(fuller);
+        fuller.log_evidence(&times) > simpler.log_evidence(&times) && self.support(simpler, fuller).passes()
     }
 
     /// Models with one more effect, fitted to their optimum, the best first.

@@ -1,9 +1,10 @@
 //! Streams of one joint in one episode.
 
+use crate::bandwidth::{Positions, noise};
 use crate::drive::Drive;
 use crate::motion::EpisodeMotion;
-use crate::resample::{held, interpolated};
-use trundle_record::{EffortSource, FreeOr, JointRecording};
+use crate::resample::{held, interpolated, median_interval};
+use trundle_record::{FreeOr, JointRecording};
 
 /// One joint in one episode, at the uniform times of the motion.
 #[derive(Clone, Debug)]
@@ -14,6 +15,10 @@ pub(crate) struct Series {
     pub a: Vec<f64>,
     /// Recorded effort or target, unfiltered.
     pub command: Vec<f64>,
+    /// Median interval of the recorded effort or target, s; zero without a drive.
+    pub interval: f64,
+    /// Standard deviation of the white noise of the recorded effort; zero for commands.
+    pub noise: f64,
     /// Gain of the effort or stiffness of the target in this episode; `None` if it is free.
     pub gain: Option<f64>,
     /// Damping of the target's drive; `None` if it is free.
@@ -50,18 +55,19 @@ impl Series {
         let zeros = || vec![0.0; grid.len];
         let (command, gain) = match drive {
             Drive::None => (None, Some(1.0)),
-            Drive::Effort(source) => {
-                let is_held = matches!(source, EffortSource::Commanded | EffortSource::Voltage);
-                (sampled("effort", is_held), effort.gain.value())
-            }
-            Drive::Target => (sampled("target", true), target.stiffness.value()),
+            Drive::Effort(_) => (sampled("effort", drive.is_held()), effort.gain.value()),
+            Drive::Target => (sampled("target", drive.is_held()), target.stiffness.value()),
         };
+        let name = if drive == Drive::Target { "target" } else { "effort" };
+        let record = stream(name, 0.0).unwrap_or_default();
         Self {
             raw: episode.raw[j].clone(),
             q: episode.q[j].clone(),
             v: episode.v[j].clone(),
             a: episode.a[j].clone(),
             command: command.unwrap_or_else(zeros),
+            interval: median_interval(&record.0).unwrap_or(0.0),
+            noise: if drive.is_held() { 0.0 } else { noise(&[Positions { t: &record.0, q: &record.1 }]) },
             gain,
             drive_damping: match target.damping {
                 FreeOr::Free => None,
@@ -75,9 +81,8 @@ impl Series {
         }
     }
 
-    /// Largest recorded effort, or largest error of the target.
-    pub fn largest_command(&self, drive: Drive) -> f64 {
-        let error = |k: usize| if drive == Drive::Target { self.raw[k] } else { 0.0 };
-        self.command.iter().enumerate().map(|(k, command)| (command - error(k)).abs()).fold(0.0, f64::max)
+    /// Recorded effort, or error of the target.
+    pub fn command_error(&self, drive: Drive, k: usize) -> f64 {
+        self.command[k] - if drive == Drive::Target { self.raw[k] } else { 0.0 }
     }
 }

@@ -1,6 +1,6 @@
 //! Play between drive and joint.
 
-use super::law::{Applies, Compliance, JointLaw, JointScales, Scale, Spec, positive, take};
+use super::law::{Applies, JointLaw, JointScales, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 
@@ -16,7 +16,8 @@ pub(super) const SPEC: Spec = Spec {
 };
 
 fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
-    vec![vec![0.01 * scales.span()]]
+    // The times of impacts depend on the play, so that a fit has many optima.
+    (0..8).map(|k| vec![0.002 * 1.6f64.powi(k) * scales.span()]).collect()
 }
 
 /// The law with values.
@@ -31,7 +32,7 @@ impl<T: Real> JointLaw<T> for Law<T> {
         Self { gap }
     }
 
-    fn compliance(&self) -> Option<Compliance<T>> {
-        Some(Compliance { per_effort: T::zero(), per_effort_rate: T::zero(), gap: self.gap })
+    fn gap(&self) -> Option<T> {
+        Some(self.gap)
     }
 }

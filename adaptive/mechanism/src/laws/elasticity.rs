@@ -46,6 +46,6 @@ impl<T: Real> JointLaw<T> for Law<T> {
 
     fn compliance(&self) -> Option<Compliance<T>> {
         let Self { per_effort, per_effort_rate } = *self;
-        Some(Compliance { per_effort, per_effort_rate, gap: T::zero() })
+        Some(Compliance { per_effort, per_effort_rate })
     }
 }

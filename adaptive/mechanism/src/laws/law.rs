@@ -45,16 +45,13 @@ pub struct JointSample<T> {
     pub load: Option<f64>,
 }
 
-/// Compliance between drive and joint: the drive leads the joint by `per_effort` times the transmitted effort, and
-/// by half of `gap` in its direction.
+/// Compliance between drive and joint: the drive leads the joint by `per_effort` times the transmitted effort.
 #[derive(Clone, Copy, Debug)]
 pub struct Compliance<T> {
     /// Reciprocal stiffness.
     pub per_effort: T,
     /// Damping over the square of the stiffness.
     pub per_effort_rate: T,
-    /// Width of the play.
-    pub gap: T,
 }
 
 /// A law with parameter values. The defaults have no effect.
@@ -95,6 +92,11 @@ pub trait JointLaw<T: Real>: Sized {
 
     /// Time constant of the drive's lag behind its command, s; negative if the reading lags instead.
     fn lag(&self) -> Option<T> {
+        None
+    }
+
+    /// Width of the play between drive and joint.
+    fn gap(&self) -> Option<T> {
         None
     }
 

@@ -24,6 +24,7 @@ mod spring;
 mod stop;
 mod viscous_friction;
 
+pub(crate) use law::magnitude;
 pub use law::{Applies, Compliance, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec};
 use trundle_model::Real;
 
@@ -73,6 +74,9 @@ macro_rules! catalogue {
             }
             pub fn lag(&self) -> Option<T> {
                 match self { $(Self::$kind(law) => law.lag()),* }
+            }
+            pub fn gap(&self) -> Option<T> {
+                match self { $(Self::$kind(law) => law.gap()),* }
             }
             pub fn compliance(&self) -> Option<Compliance<T>> {
                 match self { $(Self::$kind(law) => law.compliance()),* }

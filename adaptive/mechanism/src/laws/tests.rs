@@ -23,7 +23,7 @@ fn outputs<T: Real>(kind: JointKind, values: &[T]) -> Vec<T> {
         law.response(&at, 4.0),
         compliance.map(|c| c.per_effort),
         compliance.map(|c| c.per_effort_rate),
-        compliance.map(|c| c.gap),
+        law.gap(),
     ];
     let mut found = vec![law.effort(&at), law.dry_friction(&at)];
     found.push(law.drive(T::lift(1.9), 4.0));

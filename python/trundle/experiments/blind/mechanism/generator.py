@@ -13,7 +13,7 @@ import numpy as np
 from trundle.experiments.blind.mechanism.families import CATALOGUE
 from trundle.experiments.blind.mechanism.family import Family, HiddenEffect, Statistics, Values
 from trundle.experiments.blind.mechanism.measurement import record
-from trundle.experiments.blind.mechanism.oracle import effort_misfit
+from trundle.experiments.blind.mechanism.oracle import effort_misfits
 from trundle.experiments.blind.mechanism.outside import OUT_OF_CATALOGUE
 from trundle.experiments.blind.mechanism.robots import ROBOTS
 from trundle.experiments.blind.mechanism.scene import SOURCES, Scene, draw_scene
@@ -41,6 +41,7 @@ def draw(planned: Values, options: Values, folder: Path) -> dict[str, Any]:
 
     The true model's misfit is approximated by that of the nominal model on a recording of the same scene
     without the effects, with the same noise. Each of several effects is judged by a recording with it alone.
+    Effects must show in the training and in the held-out episodes.
     """
     names, seed, engine = tuple(planned["names"]), planned["seed"], planned["engine"]
     families = [get_family(name) for name in names]
@@ -98,19 +99,25 @@ def try_scene(
     if not hidden:
         return made
     try:
-        before = misfit(scene, hidden, motions, seen, seed)
-        after = misfit(scene, [], bare, seen, seed)
+        after = misfits(scene, [], bare, seen, seed)
+        before = misfits(scene, hidden, motions, seen, seed)
         alone = []
-        if before >= options["matters"] * after and len(hidden) > 1:
+        if factor(before, after) >= options["matters"] and len(hidden) > 1:
             for one in hidden:
                 motion = simulate(engine, scene, [one])
-                alone.append(0.0 if motion is None else misfit(scene, [one], motion, seen, seed))
+                found = after if motion is None else misfits(scene, [one], motion, seen, seed)
+                alone.append(factor(found, after))
     except TrundleError as error:
         return {"reason": f"not measurable: {error}".split("/")[0][:80]}
-    made["oracle"] = {"before": before, "after": after, "alone": alone}
-    if before < options["matters"] * after:
+    made["oracle"] = {
+        "before": before[1],
+        "after": after[1],
+        "training": [before[0], after[0]],
+        "alone": alone,
+    }
+    if factor(before, after) < options["matters"]:
         made["reason"] = "immaterial"
-    elif any(one < options["each_matters"] * after for one in alone):
+    elif any(one < options["each_matters"] for one in alone):
         made["reason"] = "one is immaterial"
     return made
 
@@ -144,13 +151,18 @@ def draw_effects(
     return found
 
 
-def misfit(
+def factor(before: tuple[float, float], after: tuple[float, float]) -> float:
+    """Return by how much the misfit rises, in training or held-out episodes, whichever is less."""
+    return min(one / other for one, other in zip(before, after, strict=True))
+
+
+def misfits(
     scene: Scene, hidden: Sequence[HiddenEffect], motions: Sequence[Motion], seen: Statistics, seed: int
-) -> float:
-    """Return the misfit of the nominal model on a temporary recording."""
+) -> tuple[float, float]:
+    """Return the misfits of the nominal model on a temporary recording, in training and held-out episodes."""
     folder = Path(tempfile.mkdtemp(prefix="trundle-oracle-")) / "recording"
     try:
         record(scene, hidden, motions, seen.effort, seed, folder)
-        return effort_misfit(folder)
+        return effort_misfits(folder)
     finally:
         shutil.rmtree(folder.parent)

@@ -27,7 +27,7 @@ BRISTLE_DEFLECTION = 2e-4
 WORKSPACE = 50.0
 """Largest position of a stable simulation, rad or m."""
 CONTROL_STEPS = 4
-"""Time steps between commands of a controller whose effort is measured."""
+"""Largest number of time steps between commands of a controller whose effort is measured."""
 
 
 @dataclass(frozen=True)
@@ -243,7 +243,7 @@ def simulate_episode(
     command = np.zeros(scene.n)
     for k, wanted in enumerate(reference):
         q, drive, v, a = engine.state()
-        if k % (every if held else CONTROL_STEPS) == 0:
+        if k % (every if held else min(CONTROL_STEPS, every)) == 0:
             if not np.abs(q).max() < WORKSPACE:
                 return None
             target = wanted

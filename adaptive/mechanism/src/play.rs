@@ -1,0 +1,95 @@
+//! Motion of that side of a play whose position is not measured.
+
+use trundle_model::Real;
+
+/// What moves the side, and how it resists.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Side<T> {
+    /// Effort on it, without that of the other side.
+    pub effort: T,
+    /// Its inertia.
+    pub inertia: T,
+    /// Its damping.
+    pub damping: T,
+}
+
+/// Acceleration and velocity of the side that is not measured.
+///
+/// It moves freely until it meets the measured side, with which it then moves. Impacts are inelastic (time stepping after
+/// Moreau 1988, with implicit damping). `seen` are the positions of the measured side every `dt` seconds; the play is
+/// `gap` in all.
+pub(crate) fn unseen_side<T: Real>(
+    seen: &[f64],
+    gap: T,
+    dt: f64,
+    side: &dyn Fn(usize) -> Side<T>,
+) -> Vec<[T; 2]> {
+    let half = gap * 0.5;
+    let mut x = T::lift(seen.first().copied().unwrap_or(0.0));
+    let mut v = T::lift(seen.windows(2).next().map_or(0.0, |pair| (pair[1] - pair[0]) / dt));
+    let mut found = Vec::with_capacity(seen.len());
+    for k in 0..seen.len() {
+        let Some(next) = seen.get(k + 1) else {
+            found.push([T::zero(), v]);
+            break;
+        };
+        let Side { effort, inertia, damping } = side(k);
+        let free = (inertia * v + effort * dt) / (inertia + damping * dt + f64::MIN_POSITIVE);
+        let (low, high) = (-half + *next, half + *next);
+        let moved = x + free * dt;
+        let reached = match moved.re() {
+            position if position >= high.re() => high,
+            position if position <= low.re() => low,
+            position if position.is_nan() => low,
+            _ => moved,
+        };
+        // Velocities belong to the middle of the intervals.
+        let velocity = (reached - x) / dt;
+        found.push([(velocity - v) / dt, (velocity + v) * 0.5]);
+        (x, v) = (reached, velocity);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Side, unseen_side};
+
+    const DT: f64 = 0.001;
+
+    fn swing(k: usize) -> f64 {
+        (2.0 * k as f64 * DT).sin()
+    }
+
+    fn relative(gap: f64, effort: f64) -> Vec<f64> {
+        let seen: Vec<f64> = (0..6000).map(swing).collect();
+        let side = |_: usize| Side { effort, inertia: 0.5, damping: 0.0 };
+        let (mut x, mut v) = (seen[0], (seen[1] - seen[0]) / DT);
+        let mut step = |[a, _]: [f64; 2], k: usize| {
+            v += a * DT;
+            x += v * DT;
+            x - swing(k + 1)
+        };
+        unseen_side(&seen, gap, DT, &side)
+            .into_iter()
+            .take(5999)
+            .enumerate()
+            .map(|(k, motion)| step(motion, k))
+            .collect()
+    }
+
+    #[test]
+    fn a_coasting_side_moves_from_face_to_face() {
+        let found = relative(0.02, 0.0);
+        let (low, high) = found.iter().fold((0.0, 0.0), |(l, h), x| (f64::min(l, *x), f64::max(h, *x)));
+        assert!((low + 0.01).abs() < 1e-6 && (high - 0.01).abs() < 1e-6, "{low} {high}");
+        // While the measured side speeds up it pushes from behind, and later the other one coasts ahead.
+        assert!((found[1500] - 0.01).abs() < 1e-6, "{}", found[1500]);
+    }
+
+    #[test]
+    fn a_strong_load_keeps_contact() {
+        let found = relative(0.02, -50.0);
+        assert!(found[500..5900].iter().all(|x| (x + 0.01).abs() < 1e-6));
+    }
+}
