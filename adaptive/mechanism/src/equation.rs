@@ -9,8 +9,19 @@ use crate::problem::{EpisodeData, JointSetup, Problem};
 use crate::series::Series;
 use trundle_model::Real;
 
+/// Least share of the commands that a drive delivers.
+const MIN_DELIVERED: f64 = 1e-6;
 /// Least response of the equation to the recorded effort.
 const MIN_RESPONSE: f64 = 0.05;
+
+/// The residual of a joint's equation over an episode.
+#[derive(Clone, Debug)]
+pub(crate) struct Residual<T> {
+    /// Its values.
+    pub values: Vec<T>,
+    /// Its derivative by the effort on the joint; zero where friction holds the joint.
+    pub per_effort: Vec<f64>,
+}
 
 /// Parameters of one joint's equation, and its laws.
 #[derive(Clone, Debug)]
@@ -131,24 +142,25 @@ impl<T: Real> JointModel<T> {
         (0..series.q.len()).map(|k| common.map_or_else(|| axis(k), |common| T::lift(common[k]))).collect()
     }
 
-    /// Residual at every time of an episode, and whether friction held the joint there.
+    /// Residual at every time of an episode.
     pub fn residual(
         &self,
         problem: &Problem,
         j: usize,
         episode: &EpisodeData,
         common: Option<&[f64]>,
-    ) -> (Vec<T>, Vec<bool>) {
+    ) -> Residual<T> {
         let (setup, series) = (&problem.joints[j], &episode.joints[j]);
         let is_driven = setup.drive != Drive::None;
-        let drive = is_driven.then(|| {
-            let one = |(k, command): (usize, T)| {
+        let commands = if is_driven { self.commands(series, episode.dt) } else { vec![] };
+        let raw: Vec<T> = (commands.iter().enumerate())
+            .map(|(k, command)| {
                 let at = [series.raw[k], slope(&series.raw, k, episode.dt), series.on[k]];
-                self.drive_effort(setup, series, command, at)
-            };
-            let raw: Vec<T> = self.commands(series, episode.dt).into_iter().enumerate().map(one).collect();
-            episode.first_stage.filtered(&raw)
-        });
+                self.drive_effort(setup, series, *command, at)
+            })
+            .collect();
+        let clipping = self.clipping(setup, series, &commands, &raw);
+        let drive = is_driven.then(|| episode.first_stage.filtered(&raw));
         let known = episode.first_stage.filtered(&series.known);
         let needed = self.needed(series, common);
         let own_inertia = |k: usize| {
@@ -169,11 +181,12 @@ impl<T: Real> JointModel<T> {
             .or_else(|| self.loose(series, on_drive, drive.as_deref(), &external, &own_inertia, episode.dt));
         let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
-        let mut held = vec![false; series.q.len()];
+        let mut per_effort = vec![0.0; series.q.len()];
         // With a free gain, residuals are compared in units of the reading: no gain makes them smaller.
-        let size = self
+        let gain = self
             .gain
             .map_or_else(|| T::lift(1.0), |gain| at_least_small(magnitude(gain / setup.reference_gain)));
+        let size = (gain * clipping).recip();
         let one = |k: usize| {
             let (q, v, a) = (series.q[k], series.v[k], series.a[k]);
             let external = external(k);
@@ -195,16 +208,39 @@ impl<T: Real> JointModel<T> {
             }
             let direction = if v.abs() >= setup.rest_speed { v } else { net.re() };
             if v.abs() < setup.rest_speed && net.re().abs() <= level.re() {
-                held[k] = true;
+                // Friction holds the joint.
                 return T::zero();
             }
             let error = if direction > 0.0 { net - level } else { net + level };
             // A law that strengthens the drive must not reduce the errors of the motion either.
-            let error = if response.re() >= 1.0 { error } else { error / at_least_small(response) };
-            error / size
+            let factor = if response.re() >= 1.0 { size } else { size / at_least_small(response) };
+            per_effort[k] = factor.re();
+            error * factor
         };
-        let residual = (0..series.q.len()).map(one).collect();
-        (residual, held)
+        let values = (0..series.q.len()).map(one).collect();
+        Residual { values, per_effort }
+    }
+
+    /// Share of the commands that a drive which clips them delivers: the slope of a regression. Residuals are divided by it,
+    /// or a low limit would make all efforts small.
+    fn clipping(&self, setup: &JointSetup, series: &Series, commands: &[T], delivered: &[T]) -> T {
+        if !self.laws.iter().any(Law::clips) {
+            return T::lift(1.0);
+        }
+        let gain = self.gain_of(series).re();
+        let (mut product, mut square) = (T::zero(), f64::MIN_POSITIVE);
+        for (k, command) in commands.iter().enumerate() {
+            let position = if setup.drive == Drive::Target { series.raw[k] } else { 0.0 };
+            let wanted = gain * (command.re() - position) * series.on[k];
+            product += delivered[k] * wanted;
+            square += wanted * wanted;
+        }
+        let share = product / square;
+        if share.re() > MIN_DELIVERED && share.re() < 1.0 {
+            share
+        } else {
+            T::lift(share.re().clamp(MIN_DELIVERED, 1.0))
+        }
     }
 
     /// Effort by which a compliance between drive and joint changes the equation; `None` without one.
@@ -310,7 +346,7 @@ fn slope(samples: &[f64], k: usize, dt: f64) -> f64 {
     if after == before { 0.0 } else { (samples[after] - samples[before]) / ((after - before) as f64 * dt) }
 }
 
-/// Samples at earlier times, by linear interpolation; `delay` is in intervals.
+/// Samples at earlier times, by the cubic through the neighbours (Catmull-Rom); `delay` is in intervals.
 fn delayed<T: Real>(samples: &[f64], delay: T) -> Vec<T> {
     let last = samples.len().saturating_sub(1);
     let one = |k: usize| {
@@ -318,20 +354,27 @@ fn delayed<T: Real>(samples: &[f64], delay: T) -> Vec<T> {
         if at.re() <= 0.0 || at.re() >= last as f64 {
             return T::lift(samples[if at.re() <= 0.0 { 0 } else { last }]);
         }
-        let before = at.re().floor() as usize;
-        (at - before as f64) * (samples[before + 1] - samples[before]) + samples[before]
+        let i = at.re().floor() as usize;
+        let x = at - i as f64;
+        let [a, b, c, d] = [i.saturating_sub(1), i, i + 1, (i + 2).min(last)].map(|k| samples[k]);
+        let (slope, next) = ((c - a) / 2.0, (d - b) / 2.0);
+        let cubic = x * (2.0 * (b - c) + slope + next) + (3.0 * (c - b) - 2.0 * slope - next);
+        x * (x * cubic + slope) + b
     };
     (0..samples.len()).map(one).collect()
 }
 
 /// First-order lag; a negative time constant inverts the lag of a reading. Lags shorter than an interval are
-/// approximated to first order.
+/// approximated to second order.
 fn lagged<T: Real>(samples: &[T], lag: T, dt: f64) -> Vec<T> {
     if lag.re() <= dt {
         let one = |k: usize| {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(samples.len() - 1));
             let span = (after - before).max(1) as f64 * dt;
-            samples[k] - lag * ((samples[after] - samples[before]) / span)
+            let first = samples[k] - lag * ((samples[after] - samples[before]) / span);
+            // The inverse of a lag has no second order.
+            let second = (samples[after] - samples[k] * 2.0 + samples[before]) / (dt * dt);
+            if lag.re() > 0.0 { first + lag * lag * second } else { first }
         };
         return (0..samples.len()).map(one).collect();
     }

@@ -94,7 +94,10 @@ pub(crate) fn figures(problem: &Problem, fit: &Fit, held_out: bool) -> Option<Fi
     let mut relative = [Sum::default(), Sum::default(), Sum::default()];
     for (j, joint) in problem.joints.iter().enumerate() {
         let mut effort = Sum::default();
-        rows.iter().filter(|own| own.joint == j).for_each(|own| effort.add(own.residual.iter().copied()));
+        for own in rows.iter().filter(|own| own.joint == j) {
+            let error = |(r, per_effort): (&f64, &f64)| if *per_effort > 0.0 { r / per_effort } else { 0.0 };
+            effort.add(own.residual.iter().zip(&own.per_effort).map(error));
+        }
         let (mut whole, mut windows) = (Sum::default(), Sum::default());
         for episode in &episodes {
             if let Some(path) = open_loop(problem, fit, episode) {
@@ -102,14 +105,10 @@ pub(crate) fn figures(problem: &Problem, fit: &Fit, held_out: bool) -> Option<Fi
                 windows.add(window_errors(problem, fit, episode).into_iter());
             }
         }
-        let gain = fit.gain(j).map_or(1.0, |gain| gain.abs() / joint.reference_gain);
         let figures = JointFigures {
             position_rmse: whole.rms(),
             window_position_rmse: windows.rms(),
-            effort_rmse: effort
-                .rms()
-                .map(|rms| rms * gain)
-                .filter(|_| joint.drive != Drive::None || problem.axis.is_some()),
+            effort_rmse: effort.rms().filter(|_| joint.drive != Drive::None || problem.axis.is_some()),
         };
         let effort_range = effort_range(problem, fit, j);
         let ranges = [joint.scales.span(), joint.scales.span(), effort_range];

@@ -26,7 +26,15 @@ pub(crate) struct Interval {
 fn covariance(problem: &Problem, fit: &Fit, time: &[f64]) -> Option<DMatrix<f64>> {
     let rows = evaluate(problem, &fit.effects, &fit.slots, &fit.values, Scope::Training, true);
     let sd: Vec<f64> = fit.sd.iter().zip(time).map(|(sd, time)| sd * time.sqrt()).collect();
-    let (matrix, _) = normal_equations(&rows, &sd, &fit.slots, &fit.values, &|_| true);
+    let (mut matrix, _) = normal_equations(&rows, &sd, &fit.slots, &fit.values, &|_| true);
+    // A parameter at its bound cannot move with the others.
+    let is_bound = |k: usize| fit.slots[k].bounds.contains(&fit.values[k]);
+    for k in (0..fit.slots.len()).filter(|k| is_bound(*k)) {
+        let own = matrix[(k, k)];
+        matrix.row_mut(k).fill(0.0);
+        matrix.column_mut(k).fill(0.0);
+        matrix[(k, k)] = own;
+    }
     let scale: Vec<f64> =
         (0..fit.slots.len()).map(|k| matrix[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
     let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, k| matrix[(i, k)] / (scale[i] * scale[k]));

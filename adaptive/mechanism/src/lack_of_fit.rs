@@ -81,7 +81,9 @@ pub(crate) fn lack_of_fit(problem: &Problem, model: &Tried, joint: usize) -> Lac
         && before >= MIN_MATERIAL_ERROR_RATIO * after;
     let correlation = autocorrelation(residuals);
     let correlated = if correlation > MAX_AUTOCORRELATION { before * correlation } else { 0.0 };
-    let excess = before - NOISE_MARGIN * problem.joints[joint].sensor_noise.powi(2);
+    let [readings, accelerations] = problem.joints[joint].sensor_noise;
+    let size = own.per_effort.iter().map(|x| x * x).sum::<f64>() / own.per_effort.len() as f64;
+    let excess = before - NOISE_MARGIN * (readings * readings + size * accelerations * accelerations);
     let found = correlated.max(excess).max(if is_predicted { before - after } else { 0.0 });
     let scale = problem.joints[joint].scales.effort;
     LackOfFit { mean_square: found, is_material: found > NEGLIGIBLE_SHARE * scale * scale }

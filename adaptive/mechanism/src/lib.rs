@@ -20,6 +20,7 @@ mod laws;
 mod location;
 mod model;
 mod motion;
+mod moves;
 mod others;
 mod outcome;
 mod periodogram;

@@ -44,8 +44,8 @@ pub struct JointSetup {
     pub timing: [f64; 2],
     /// Standard deviation of the stated noise of the effort after the filter; zero if it is not stated.
     pub noise: f64,
-    /// Standard deviation that the noise of positions and efforts can give the residual.
-    pub sensor_noise: f64,
+    /// Standard deviations that the noise of the readings and that of the accelerations can give the residual.
+    pub sensor_noise: [f64; 2],
 }
 
 /// One episode.
@@ -231,7 +231,7 @@ impl Problem {
             self.inertia_of(j, &scales) * motion.position_noise[j] * motion.noise_gain(2, motion.interval[j]),
         ];
         JointSetup {
-            sensor_noise: sensor_noise[0].hypot(sensor_noise[1]),
+            sensor_noise,
             reference_gain,
             largest_command: all.fold(f64::MIN_POSITIVE, f64::max),
             timing: timing(drive, interval),

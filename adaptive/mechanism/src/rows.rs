@@ -35,6 +35,8 @@ pub(crate) struct JointRows {
     pub joint: usize,
     pub places: Vec<Place>,
     pub residual: DVector<f64>,
+    /// Derivative of each residual by the effort on the joint.
+    pub per_effort: Vec<f64>,
     pub jacobian: DMatrix<f64>,
     /// Slots of the columns.
     pub columns: Vec<usize>,
@@ -90,6 +92,7 @@ fn joint_rows(
         if own.is_empty() || !with_derivatives { vec![&[]] } else { own.chunks(WIDTH).collect() };
     let parts = parts(problem);
     let (mut places, mut residual, mut columns) = (vec![], vec![], vec![vec![]; own.len() + shared.len()]);
+    let mut sizes = vec![];
     let mut first_fold = 0;
     for (index, episode) in problem.episodes.iter().enumerate() {
         if episode.held_out != (scope == Scope::HeldOut) {
@@ -97,16 +100,16 @@ fn joint_rows(
         }
         let series = &episode.joints[j];
         let needed = episode.dynamics.as_ref().map(|d| common::needed(problem, d, j, effects, slots, values));
-        let mut held = vec![];
+        let mut per_effort = vec![];
         for (pass, chunk) in passes.iter().enumerate() {
             let variable = |slot: usize| match chunk.iter().position(|own| *own == slot) {
                 Some(place) => Dual::<WIDTH>::variable(values[slot], place),
                 None => trundle_model::Real::lift(values[slot]),
             };
             let model = JointModel::new(problem, j, effects, slots, variable);
-            let (found, at_rest) = model.residual(problem, j, episode, needed.as_deref());
+            let found = model.residual(problem, j, episode, needed.as_deref());
             for k in &series.kept {
-                let compared = episode.kernel.at(&found, *k);
+                let compared = episode.kernel.at(&found.values, *k);
                 if pass == 0 {
                     residual.push(compared.re);
                 }
@@ -114,12 +117,13 @@ fn joint_rows(
                     columns[pass * WIDTH + place].push(compared.eps[place]);
                 }
             }
-            held = at_rest;
+            per_effort = found.per_effort;
         }
+        sizes.extend(series.kept.iter().map(|k| per_effort[*k]));
         if let (Some(dynamics), true) = (&episode.dynamics, with_derivatives) {
             for (place, slot) in shared.iter().enumerate() {
                 let mut slope = common::slope(problem, dynamics, j, effects, &slots[*slot], (slots, values));
-                slope.iter_mut().zip(&held).filter(|(_, held)| **held).for_each(|(x, _)| *x = 0.0);
+                slope.iter_mut().zip(&per_effort).for_each(|(x, factor)| *x *= factor);
                 let column = &mut columns[own.len() + place];
                 column.extend(series.kept.iter().map(|k| -episode.kernel.at(&slope, *k)));
             }
@@ -139,7 +143,14 @@ fn joint_rows(
         DMatrix::zeros(0, 0)
     };
     let columns = own.into_iter().chain(shared).collect();
-    JointRows { joint: j, places, residual: DVector::from_vec(residual), jacobian, columns }
+    JointRows {
+        joint: j,
+        places,
+        residual: DVector::from_vec(residual),
+        per_effort: sizes,
+        jacobian,
+        columns,
+    }
 }
 
 /// Robust standard deviation of residuals, and the weight of each.

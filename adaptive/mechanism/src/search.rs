@@ -34,6 +34,8 @@ const MAX_EFFECTS_PER_JOINT: usize = 4;
 pub(crate) struct Tried {
     pub fit: Fit,
     pub left_out: LeftOut,
+    /// Logarithmic prior probability of its effects among as many.
+    pub log_prior: f64,
 }
 
 impl Tried {
@@ -43,10 +45,11 @@ impl Tried {
         kinds
     }
 
-    /// Log evidence by the Bayesian information criterion (Schwarz 1978); `time` as in [`Fit::cost`].
+    /// Log evidence by the Bayesian information criterion (Schwarz 1978), with the prior of its effects; `time` as in
+    /// [`Fit::cost`].
     pub fn log_evidence(&self, time: &[f64]) -> f64 {
         let samples: f64 = (0..time.len()).map(|j| self.fit.samples[j] as f64 / time[j]).sum();
-        -self.fit.cost(time) - 0.5 * self.fit.rank * samples.max(1.0).ln()
+        self.log_prior - self.fit.cost(time) - 0.5 * self.fit.rank * samples.max(1.0).ln()
     }
 }
 
@@ -103,15 +106,19 @@ impl Searcher<'_> {
             let Some(next) = next else { break };
             best = self.exchanged(next, &mut tried)?;
         }
+        best = self.merged(best, &mut tried)?;
         best = self.refined(best, &mut tried)?;
         best = self.reduced(best, &mut tried)?;
         let support = self.support_of_all(&best, &mut tried);
         Ok(Found { base, best, support, tried })
     }
 
-    fn tried(&self, fit: Fit) -> Tried {
+    pub fn tried(&self, fit: Fit) -> Tried {
         let left_out = left_out(self.problem, &fit);
-        Tried { fit, left_out }
+        let (offered, count) = (Kind::candidates(self.problem).len(), fit.effects.len());
+        // Sets of a number of effects are equally probable.
+        let log_prior = (0..count).map(|k| ((k + 1) as f64 / (offered - k) as f64).ln()).sum();
+        Tried { fit, left_out, log_prior }
     }
 
     /// Correlation time of each joint's left-out residuals, samples.
@@ -127,7 +134,7 @@ impl Searcher<'_> {
 
     /// The best model with one more effect that passes the tests, or with two more of which each does.
     fn extended(&self, parent: &Tried, tried: &mut Vec<Tried>) -> Result<Option<Tried>, MechanismError> {
-        let children = self.children(parent, tried)?;
+        let children = self.children(parent, tried, &|_| true)?;
         let mut passing = vec![];
         for child in &children {
             if self.improves(parent, child) && self.all_pass(child, tried) {
@@ -140,7 +147,7 @@ impl Searcher<'_> {
             return Ok(passing.into_iter().next());
         }
         for child in children.iter().take(MAX_PARENTS) {
-            for grandchild in self.children(child, tried)? {
+            for grandchild in self.children(child, tried, &|_| true)? {
                 if self.improves(child, &grandchild) && self.all_pass(&grandchild, tried) {
                     return Ok(Some(grandchild));
                 }
@@ -155,14 +162,19 @@ impl Searcher<'_> {
         fuller.log_evidence(&times) > simpler.log_evidence(&times) && self.support(simpler, fuller).passes()
     }
 
-    /// Models with one more effect, fitted to their optimum, the best first.
-    fn children(&self, parent: &Tried, tried: &mut Vec<Tried>) -> Result<Vec<Tried>, MechanismError> {
+    /// Models with one more effect that `is_wanted`, fitted to their optimum, the best first.
+    pub fn children(
+        &self,
+        parent: &Tried,
+        tried: &mut Vec<Tried>,
+        is_wanted: &dyn Fn(Kind) -> bool,
+    ) -> Result<Vec<Tried>, MechanismError> {
         let times = self.times(parent);
         let Fit { effects, slots, values, sd, .. } = &parent.fit;
         let others = Others::of(self.problem, effects, slots, values, sd);
         let kinds: Vec<Kind> = Kind::candidates(self.problem)
             .into_iter()
-            .filter(|kind| self.is_offered(parent, *kind))
+            .filter(|kind| is_wanted(*kind) && self.is_offered(parent, *kind))
             .collect();
         let mut screened = on_all_cores(self.watch, |_| {
             let screen = |kind: &Kind| self.screened(parent, *kind, &times, &others);
@@ -317,83 +329,12 @@ impl Searcher<'_> {
         all.iter().filter(keeps).cloned().collect()
     }
 
-    fn all_pass(&self, model: &Tried, tried: &mut Vec<Tried>) -> bool {
+    pub fn all_pass(&self, model: &Tried, tried: &mut Vec<Tried>) -> bool {
         are_defined(self.problem, &model.fit, &self.times(model))
             && self.support_of_all(model, tried).iter().all(|support| support.passes())
-    }
-
-    /// The model in which no exchange of one effect for another increases the evidence.
-    fn exchanged(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
-        let count = model.fit.effects.len();
-        if count < 2 {
-            return Ok(model);
-        }
-        for index in 0..count {
-            let reduced = self.without_effect(&model, index, tried);
-            let times = self.times(&model);
-            for child in self.children(&reduced, tried)? {
-                if child.log_evidence(&times) > model.log_evidence(&times) + 1.0
-                    && self.all_pass(&child, tried)
-                {
-                    model = child;
-                    break;
-                }
-            }
-        }
-        Ok(model)
-    }
-
-    /// The model with refinements of its laws that improve the prediction.
-    fn refined(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
-        for index in 0..model.fit.effects.len() {
-            self.watch.progress("refinements", index as f64 / model.fit.effects.len() as f64);
-            let mut effects = model.fit.fitted_effects();
-            let Some(values) = refinement(self.problem, &effects[index]) else { continue };
-            effects[index].values = values;
-            let finer = self.tried(fit(self.problem, &effects, Some(&model.fit), Scope::Training, MAX_STEPS));
-            let times = self.times(&model);
-            if self.support(&model, &finer).is_certain()
-                && finer.log_evidence(&times) > model.log_evidence(&times)
-            {
-                tried.push(finer.clone());
-                model = finer;
-            }
-        }
-        Ok(model)
-    }
-
-    /// The model without effects that do not pass the tests any more.
-    fn reduced(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
-        loop {
-            let support = self.support_of_all(&model, tried);
-            let worst = (0..support.len())
-                .filter(|k| !support[*k].passes())
-                .min_by(|a, b| support[*a].error_ratio.total_cmp(&support[*b].error_ratio));
-            match worst {
-                Some(k) => model = self.without_effect(&model, k, tried),
-                None => return Ok(model),
-            }
-        }
     }
 }
 
 fn is_compliance(kind: JointKind) -> bool {
     matches!(kind, JointKind::Backlash | JointKind::Elasticity)
-}
-
-/// Values with the refinements of an effect at starting values; `None` if it has none or they are free.
-fn refinement(problem: &Problem, effect: &Effect) -> Option<Vec<f64>> {
-    let (Kind::Joint(_, j), params) = (effect.kind, effect.kind.params()) else { return None };
-    let free = |k: usize| params[k].refines && effect.values[k].is_nan();
-    if !(0..params.len()).any(free) {
-        return None;
-    }
-    let size = effect.values.iter().copied().find(|v| !v.is_nan()).unwrap_or(0.0);
-    let scales = &problem.joints[j].scales;
-    let one = |k: usize| match (free(k), params[k].scale) {
-        (false, _) => effect.values[k],
-        (true, crate::laws::Scale::Effort) => 1.5 * size,
-        (true, scale) => 0.1 * scale.of(scales),
-    };
-    Some((0..params.len()).map(one).collect())
 }

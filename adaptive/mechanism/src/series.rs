@@ -75,7 +75,8 @@ impl Series {
             },
             limit: (drive == Drive::Target).then_some(target.limit).flatten(),
             known: sampled("known", false).unwrap_or_else(zeros),
-            on: sampled("on", true).unwrap_or_else(|| vec![1.0; grid.len]),
+            on: sampled("on", true)
+                .map_or_else(|| vec![1.0; grid.len], |on| on.iter().map(|x| x.clamp(0.0, 1.0)).collect()),
             load: sampled("load", false),
             kept: vec![],
         }

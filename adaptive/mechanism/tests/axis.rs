@@ -201,7 +201,7 @@ fn held_out_episodes_change_no_name_and_no_value() {
 
 #[test]
 fn a_small_effect_is_immaterial() {
-    let answer = answer(&recording(nothing, 0.008, exact, "", &|episode| {
+    let answer = answer(&recording(nothing, 0.012, exact, "", &|episode| {
         let efforts = episode.columns.get_mut("effort_arm").unwrap();
         efforts.iter_mut().enumerate().for_each(|(k, effort)| *effort += 0.1 * noise(k * k));
     }));

@@ -1,28 +1,22 @@
 //! Limit of the effort of a drive.
 
-use super::law::{Applies, JointLaw, JointScales, ParamSpec, Scale, Spec, magnitude, positive, take};
+use super::law::{Applies, JointLaw, JointScales, Scale, Spec, magnitude, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
-
-/// Least limit, in rms efforts: a drive that is always at its limit has a constant effort, which explains nothing.
-const MIN_LIMIT: f64 = 1.2;
 
 pub(super) const SPEC: Spec = Spec {
     effect: "effort_saturation",
     summary: "limit of the effort of a drive",
     source: "current limit of drives",
     applies: Applies::CommandedEffort,
-    params: &[ParamSpec {
-        bounds: [MIN_LIMIT, f64::INFINITY],
-        ..positive("limit", Unit::Effort, Scale::Effort)
-    }],
+    params: &[positive("limit", Unit::Effort, Scale::Effort)],
     sentence: "The drive of joint {joint} delivers no more than {limit}",
     experiment: "command the largest effort against a known load",
     starts,
 };
 
 fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
-    vec![vec![1.5 * scales.effort], vec![2.5 * scales.effort], vec![1.25 * scales.effort]]
+    [2.5, 1.5, 1.0, 0.5, 0.2, 0.07].iter().map(|share| vec![share * scales.effort]).collect()
 }
 
 /// The law with values.
@@ -35,6 +29,10 @@ impl<T: Real> JointLaw<T> for Law<T> {
     fn new(values: &[T]) -> Self {
         let [limit] = take(values);
         Self { limit }
+    }
+
+    fn clips(&self) -> bool {
+        true
     }
 
     fn drive(&self, command: T, _largest: f64) -> T {

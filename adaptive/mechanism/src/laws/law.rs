@@ -85,6 +85,11 @@ pub trait JointLaw<T: Real>: Sized {
         None
     }
 
+    /// Whether it clips commands.
+    fn clips(&self) -> bool {
+        false
+    }
+
     /// Time by which the drive acts after its command, s; negative if the reading is late instead.
     fn delay(&self) -> Option<T> {
         None

@@ -75,6 +75,9 @@ macro_rules! catalogue {
             pub fn lag(&self) -> Option<T> {
                 match self { $(Self::$kind(law) => law.lag()),* }
             }
+            pub fn clips(&self) -> bool {
+                match self { $(Self::$kind(law) => law.clips()),* }
+            }
             pub fn gap(&self) -> Option<T> {
                 match self { $(Self::$kind(law) => law.gap()),* }
             }

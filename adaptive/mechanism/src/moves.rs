@@ -1,0 +1,104 @@
+//! Moves of the search that change a model without adding an effect to it.
+
+use crate::error::MechanismError;
+use crate::fit::{MAX_STEPS, fit};
+use crate::model::{Effect, Kind};
+use crate::problem::Problem;
+use crate::rows::Scope;
+use crate::search::{Searcher, Tried};
+
+impl Searcher<'_> {
+    /// The model in which no exchange of one effect for another increases the evidence.
+    pub fn exchanged(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
+        let count = model.fit.effects.len();
+        if count < 2 {
+            return Ok(model);
+        }
+        for index in 0..count {
+            let reduced = self.without_effect(&model, index, tried);
+            let times = self.times(&model);
+            for child in self.children(&reduced, tried, &|_| true)? {
+                if child.log_evidence(&times) > model.log_evidence(&times) + 1.0
+                    && self.all_pass(&child, tried)
+                {
+                    model = child;
+                    break;
+                }
+            }
+        }
+        Ok(model)
+    }
+
+    /// The model with refinements of its laws that improve the prediction.
+    pub fn refined(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
+        for index in 0..model.fit.effects.len() {
+            self.watch.progress("refinements", index as f64 / model.fit.effects.len() as f64);
+            let mut effects = model.fit.fitted_effects();
+            let Some(values) = refinement(self.problem, &effects[index]) else { continue };
+            effects[index].values = values;
+            let finer = self.tried(fit(self.problem, &effects, Some(&model.fit), Scope::Training, MAX_STEPS));
+            let times = self.times(&model);
+            if self.support(&model, &finer).is_certain()
+                && finer.log_evidence(&times) > model.log_evidence(&times)
+            {
+                tried.push(finer.clone());
+                model = finer;
+            }
+        }
+        Ok(model)
+    }
+
+    /// The model without effects that do not pass the tests any more.
+    pub fn reduced(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
+        loop {
+            let support = self.support_of_all(&model, tried);
+            let worst = (0..support.len())
+                .filter(|k| !support[*k].passes())
+                .min_by(|a, b| support[*a].error_ratio.total_cmp(&support[*b].error_ratio));
+            match worst {
+                Some(k) => model = self.without_effect(&model, k, tried),
+                None => return Ok(model),
+            }
+        }
+    }
+
+    /// The model in which no effect in place of two increases the evidence.
+    pub fn merged(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
+        'pairs: loop {
+            let count = model.fit.effects.len();
+            for (first, second) in (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b))) {
+                let joints = [first, second].map(|k| model.fit.effects[k].kind.joint());
+                let reduced = self.without_effect(&self.without_effect(&model, second, tried), first, tried);
+                let times = self.times(&model);
+                // An effect at one joint cannot replace effects at two.
+                let can_replace =
+                    |kind: Kind| kind.joint().is_none_or(|j| joints.iter().all(|joint| *joint == Some(j)));
+                for child in self.children(&reduced, tried, &can_replace)? {
+                    if child.log_evidence(&times) > model.log_evidence(&times) && self.all_pass(&child, tried)
+                    {
+                        model = child;
+                        continue 'pairs;
+                    }
+                }
+            }
+            return Ok(model);
+        }
+    }
+}
+
+/// Values with the refinements of an effect at starting values; `None` if it has none or they are free.
+fn refinement(problem: &Problem, effect: &Effect) -> Option<Vec<f64>> {
+    let (Kind::Joint(_, j), params) = (effect.kind, effect.kind.params()) else { return None };
+    let free = |k: usize| params[k].refines && effect.values[k].is_nan();
+    if !(0..params.len()).any(free) {
+        return None;
+    }
+    let size = effect.values.iter().copied().find(|v| !v.is_nan()).unwrap_or(0.0);
+    let scales = &problem.joints[j].scales;
+    let one = |k: usize| match (free(k), params[k].scale) {
+        (false, _) => effect.values[k],
+        (true, crate::laws::Scale::Effort) => 1.5 * size,
+        (true, scale) => 0.1 * scale.of(scales),
+    };
+    Some((0..params.len()).map(one).collect())
+}
