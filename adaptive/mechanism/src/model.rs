@@ -115,7 +115,9 @@ fn applies(problem: &Problem, kind: JointKind, j: usize) -> bool {
     let is_free =
         |key: &str| slots(problem, &[]).iter().any(|s| s.joint == Some(j) && s.name.starts_with(key));
     match kind {
-        JointKind::ViscousFriction => !is_free("damping"),
+        JointKind::ViscousFriction => {
+            !is_free("damping") && (joint.switches_off || !is_free("drive_damping"))
+        }
         JointKind::RotorInertia => {
             let has_inertia = problem.axis.is_none_or(|axis| axis.inertia.is_some());
             has_inertia && !is_free("armature") && !is_free("inertia")
@@ -333,7 +335,8 @@ fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
                 add("drive_stiffness", Unit::Stiffness, Nominal::Gain, start, 0.0, start);
             }
             // While the drive is on, its damping cannot be distinguished from that of the joint.
-            if problem.episodes.iter().any(|e| e.joints[j].drive_damping.is_none()) && joint.switches_off {
+            let is_distinct = joint.switches_off || !is_free(problem, "damping", &joint.name);
+            if problem.episodes.iter().any(|e| e.joints[j].drive_damping.is_none()) && is_distinct {
                 let scale = ratio(scales.velocity);
                 add("drive_damping", Unit::Damping, Nominal::DriveDamping, 0.0, 0.0, scale);
             }

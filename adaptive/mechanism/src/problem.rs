@@ -42,8 +42,6 @@ pub struct JointSetup {
     pub reference_gain: f64,
     /// Times by which the drive may act after its record, s: how it acts between samples is not known.
     pub timing: [f64; 2],
-    /// Standard deviation of the stated noise of the effort after the filter; zero if it is not stated.
-    pub noise: f64,
     /// Standard deviations that the noise of the readings and that of the accelerations can give the residual.
     pub sensor_noise: [f64; 2],
 }
@@ -214,16 +212,12 @@ impl Problem {
         };
         let stated =
             recording.metadata.noise.as_ref().and_then(|noise| noise.effort.as_ref()?.of(name).copied());
-        let first = self.episodes.iter().find(|e| !e.held_out);
-        let kernel = first.map(|e| e.kernel.noise()).unwrap_or_default();
-        // Both stages together have √2 times the standard deviation of one.
-        let noise = stated.unwrap_or(0.0) * gain.unwrap_or(1.0) * kernel[0] * 2f64.powf(-0.25);
         let gain_or_reference = |reference: f64| gain.unwrap_or(reference);
         let error = |s: &Series, k: usize| s.command_error(drive, k);
         let command = rms(&|s, k| error(s, k) * s.on[k]);
         let all = training.iter().flat_map(|s| (0..s.q.len()).map(|k| error(s, k).abs()));
         let reference_gain = if command > 0.0 { effort / command } else { 1.0 };
-        let reading = rms_of(training.iter().map(|s| s.noise));
+        let reading = stated.unwrap_or_else(|| rms_of(training.iter().map(|s| s.noise)));
         let interval = training.iter().map(|s| s.interval).fold(0.0, f64::max);
         let positions = if drive == Drive::Target { motion.position_noise[j] } else { 0.0 };
         let sensor_noise = [
@@ -243,7 +237,6 @@ impl Problem {
             has_load: load > 0.0,
             rest_speed: (REST_NOISE_SDS * motion.velocity_noise[j]).max(MIN_SPEED_SHARE * velocity),
             scales,
-            noise,
         }
     }
 

@@ -157,7 +157,9 @@ fn joint_rows(
 pub(crate) fn robust_sd(problem: &Problem, joint: usize, residual: &DVector<f64>) -> f64 {
     let setup = &problem.joints[joint];
     let share = if setup.drive == Drive::None { MIN_NUMERICAL_ERROR } else { MIN_DRIVE_ERROR };
-    let floor = setup.noise.max(share * setup.scales.effort);
+    // No model is better than the noise of the readings: smaller residuals would be noise that terms of the equation have
+    // in common.
+    let floor = setup.sensor_noise[0].hypot(setup.sensor_noise[1]).max(share * setup.scales.effort);
     if residual.is_empty() {
         return floor;
     }

@@ -156,7 +156,11 @@ fn answer(
         },
         residual: JointResidual {
             effort_rms: (0..times.len())
-                .map(|j| (problem.joints[j].name.clone(), square(&found.best, j).sqrt()))
+                .map(|j| {
+                    let joint = &problem.joints[j];
+                    let gain = best.fit.gain(j).map_or(1.0, |gain| gain.abs() / joint.reference_gain);
+                    (joint.name.clone(), gain * square(&found.best, j).sqrt())
+                })
                 .collect(),
             effort_unit: problem
                 .joints
