@@ -159,7 +159,13 @@ impl<T: Real> JointModel<T> {
                 self.drive_effort(setup, series, *command, at)
             })
             .collect();
-        let clipping = self.clipping(setup, series, &commands, &raw);
+        let clipped = self.laws.iter().any(Law::clips).then(|| {
+            let wanted = |k: usize| {
+                let position = if setup.drive == Drive::Target { series.raw[k] } else { 0.0 };
+                self.gain_of(series).re() * (commands[k].re() - position) * series.on[k]
+            };
+            delivered_share(&wanted, &raw)
+        });
         let drive = is_driven.then(|| episode.first_stage.filtered(&raw));
         let known = episode.first_stage.filtered(&series.known);
         let needed = self.needed(series, common);
@@ -176,9 +182,13 @@ impl<T: Real> JointModel<T> {
         let transmitted: Vec<f64> = (0..series.q.len()).map(transmitted).collect();
         let external = |k: usize| known[k] - (needed[k].re() - own_inertia(k) * series.a[k]);
         let on_drive = setup.encoder_on_drive;
-        let compliant = self
-            .compliant(on_drive, &transmitted, &own_inertia, episode.dt)
-            .or_else(|| self.loose(series, on_drive, drive.as_deref(), &external, &own_inertia, episode.dt));
+        let elastic = self.compliant(on_drive, &transmitted, &own_inertia, episode.dt);
+        let loose = self.loose(series, on_drive, drive.as_deref(), &external, &own_inertia, episode.dt);
+        let bridged = drive.as_ref().zip(loose.as_ref()).filter(|_| !on_drive).map(|(drive, loose)| {
+            let sum: Vec<T> = drive.iter().zip(loose).map(|(drive, loose)| *drive + *loose).collect();
+            delivered_share(&|k| drive[k].re(), &sum)
+        });
+        let compliant = elastic.or(loose);
         let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
         let mut per_effort = vec![0.0; series.q.len()];
@@ -186,7 +196,7 @@ impl<T: Real> JointModel<T> {
         let gain = self
             .gain
             .map_or_else(|| T::lift(1.0), |gain| at_least_small(magnitude(gain / setup.reference_gain)));
-        let size = (gain * clipping).recip();
+        let size = clipped.into_iter().chain(bridged).fold(gain, |size, share| size * share).recip();
         let one = |k: usize| {
             let (q, v, a) = (series.q[k], series.v[k], series.a[k]);
             let external = external(k);
@@ -219,28 +229,6 @@ impl<T: Real> JointModel<T> {
         };
         let values = (0..series.q.len()).map(one).collect();
         Residual { values, per_effort }
-    }
-
-    /// Share of the commands that a drive which clips them delivers: the slope of a regression. Residuals are divided by it,
-    /// or a low limit would make all efforts small.
-    fn clipping(&self, setup: &JointSetup, series: &Series, commands: &[T], delivered: &[T]) -> T {
-        if !self.laws.iter().any(Law::clips) {
-            return T::lift(1.0);
-        }
-        let gain = self.gain_of(series).re();
-        let (mut product, mut square) = (T::zero(), f64::MIN_POSITIVE);
-        for (k, command) in commands.iter().enumerate() {
-            let position = if setup.drive == Drive::Target { series.raw[k] } else { 0.0 };
-            let wanted = gain * (command.re() - position) * series.on[k];
-            product += delivered[k] * wanted;
-            square += wanted * wanted;
-        }
-        let share = product / square;
-        if share.re() > MIN_DELIVERED && share.re() < 1.0 {
-            share
-        } else {
-            T::lift(share.re().clamp(MIN_DELIVERED, 1.0))
-        }
     }
 
     /// Effort by which a compliance between drive and joint changes the equation; `None` without one.
@@ -333,6 +321,22 @@ impl JointModel<f64> {
         let sliding = (free - stopping.copysign(free)) / (1.0 + dt * damping / inertia);
         let v = if free.abs() <= stopping { 0.0 } else { sliding };
         [at.q + dt * v, v]
+    }
+}
+
+/// Share of a drive's efforts that is delivered: the slope of a regression. Residuals are divided by it, or a low limit or
+/// a wide play would make all efforts small.
+fn delivered_share<T: Real>(wanted: &dyn Fn(usize) -> f64, delivered: &[T]) -> T {
+    let (mut product, mut square) = (T::zero(), f64::MIN_POSITIVE);
+    for (k, effort) in delivered.iter().enumerate() {
+        product += *effort * wanted(k);
+        square += wanted(k) * wanted(k);
+    }
+    let share = product / square;
+    if (MIN_DELIVERED..1.0).contains(&share.re()) {
+        share
+    } else {
+        T::lift(share.re().clamp(MIN_DELIVERED, 1.0))
     }
 }
 

@@ -14,6 +14,10 @@ const MASS_SD: f64 = 0.3;
 /// Standard deviation of the timing of a drive between samples, as a share of its largest value.
 const TIMING_SD: f64 = 0.5;
 
+/// Least limit of a drive, in rms efforts, where no inertia is given: an effort that is always at its limit could be
+/// balanced by dry friction alone.
+const MIN_UNSCALED_LIMIT: f64 = 1.2;
+
 /// Kind of an added effect, with the place where it acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -125,6 +129,8 @@ fn applies(problem: &Problem, kind: JointKind, j: usize) -> bool {
         // A common gain is the scale of all forces: something else must fix it.
         JointKind::EffortGain => is_effort && has_fixed_gain && scale_is_known(problem),
         JointKind::EffortBias => is_effort,
+        // Without a known inertia, a play that never closes would explain any motion.
+        JointKind::Backlash => joint.drive != Drive::None && scale_is_known(problem),
         _ => match kind.spec().applies {
             Applies::Always => true,
             Applies::Driven => joint.drive != Drive::None,
@@ -229,6 +235,10 @@ fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param
         Kind::EncoderOffset(j) if problem.axis.is_some() => Some(j),
         _ => None,
     };
+    let mut bounds = param.bounds.map(|bound| bound * scale);
+    if matches!(effect.kind, Kind::Joint(JointKind::EffortSaturation, _)) && !scale_is_known(problem) {
+        bounds[0] = MIN_UNSCALED_LIMIT * scale;
+    }
     let centre = match param.unit {
         Unit::Position if param.bounds[0] < 0.0 => effect.values[i],
         _ => 0.0,
@@ -239,7 +249,7 @@ fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param
         joint,
         role: Role::Effect(k, i),
         start: effect.values[i],
-        bounds: param.bounds.map(|bound| bound * scale),
+        bounds,
         prior: [centre, PRIOR_SD * scale.max(effect.values[i].abs())],
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::cross_validation::{LeftOut, left_out};
 use crate::error::MechanismError;
+use crate::figures::figures;
 use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
 use crate::intervals::are_defined;
 use crate::laws::JointKind;
@@ -159,7 +160,19 @@ impl Searcher<'_> {
     /// Whether what `fuller` has in addition passes the tests, and the evidence for it is larger.
     fn improves(&self, simpler: &Tried, fuller: &Tried) -> bool {
         let times = self.times(fuller);
-        fuller.log_evidence(&times) > simpler.log_evidence(&times) && self.support(simpler, fuller).passes()
+        fuller.log_evidence(&times) > simpler.log_evidence(&times)
+            && self.support(simpler, fuller).passes()
+            && self.predicts(simpler, fuller)
+    }
+
+    /// Whether the simulated motion of an axis is no worse, where it can be simulated. Where no inertia is given, effects
+    /// can balance each other's efforts without any motion.
+    fn predicts(&self, simpler: &Tried, fuller: &Tried) -> bool {
+        let error = |tried: &Tried| figures(self.problem, &tried.fit, false)?.relative_window_rmse;
+        match (error(simpler), error(fuller)) {
+            (Some(before), Some(after)) => after * after <= MIN_MATERIAL_ERROR_RATIO * before * before,
+            _ => true,
+        }
     }
 
     /// Models with one more effect that `is_wanted`, fitted to their optimum, the best first.

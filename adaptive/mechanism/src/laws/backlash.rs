@@ -1,15 +1,18 @@
 //! Play between drive and joint.
 
-use super::law::{Applies, JointLaw, JointScales, Scale, Spec, positive, take};
+use super::law::{Applies, JointLaw, JointScales, ParamSpec, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
+
+/// Largest play, as a share of the range of motion. Plays of gears are below a degree or two.
+const MAX_GAP: f64 = 0.1;
 
 pub(super) const SPEC: Spec = Spec {
     effect: "joint_backlash",
     summary: "play between drive and joint",
     source: "Nordin and Gutman, Automatica 2002",
     applies: Applies::Driven,
-    params: &[positive("gap", Unit::Position, Scale::Position)],
+    params: &[ParamSpec { bounds: [0.0, MAX_GAP], ..positive("gap", Unit::Position, Scale::Position) }],
     sentence: "Drive and joint {joint} have a play of {gap} in all",
     experiment: "reverse the joint under small loads, with an encoder on each side of the gear",
     starts,
