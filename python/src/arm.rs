@@ -76,8 +76,9 @@ impl PyArmEstimate {
         let axis = |axis: AxisResponse| match axis {
             AxisResponse::Exact => "exact".to_owned(),
             AxisResponse::Lag { time_constant } => format!("lag {:.0} ms", 1e3 * time_constant),
-            AxisResponse::Compliant { frequency, damping_ratio } => {
-                format!("{:.1} Hz at damping ratio {damping_ratio}", frequency / std::f64::consts::TAU)
+            AxisResponse::Compliant { frequency, damping_ratio, gain } => {
+                let hertz = frequency / std::f64::consts::TAU;
+                format!("{hertz:.1} Hz at damping ratio {damping_ratio} and gain {gain}")
             }
         };
         let (force, torque) = (axis(response.force), axis(response.torque));
@@ -108,8 +109,8 @@ fn parameters(response: AxisResponse) -> (&'static str, Vec<(&'static str, f64)>
     match response {
         AxisResponse::Exact => ("exact", vec![]),
         AxisResponse::Lag { time_constant } => ("lag", vec![("time_constant", time_constant)]),
-        AxisResponse::Compliant { frequency, damping_ratio } => {
-            ("compliant", vec![("frequency", frequency), ("damping_ratio", damping_ratio)])
+        AxisResponse::Compliant { frequency, damping_ratio, gain } => {
+            ("compliant", vec![("frequency", frequency), ("damping_ratio", damping_ratio), ("gain", gain)])
         }
     }
 }

@@ -11,13 +11,16 @@ pub enum AxisResponse {
         /// Time constant τ, s.
         time_constant: f64,
     },
-    /// A hand of unit mass that holds the object through a spring and damper, `ë = c − w`, `w = ω² e + 2ζω ė`. The motion
-    /// of the object is neglected.
+    /// A hand that holds the object through a spring and damper: `ë = g c − w`, `w = ω² e + 2ζω ė`. The gain g is below 1
+    /// because a part of the command accelerates the hand: with masses m of the hand and M of a free object at the grasp,
+    /// `g = M/(M + m)`.
     Compliant {
         /// Natural frequency ω, rad/s.
         frequency: f64,
         /// Damping ratio ζ.
         damping_ratio: f64,
+        /// Gain g.
+        gain: f64,
     },
 }
 
@@ -26,7 +29,7 @@ impl AxisResponse {
     pub(crate) fn wrench(&self, [a, b]: [f64; 2]) -> f64 {
         match *self {
             Self::Exact | Self::Lag { .. } => a,
-            Self::Compliant { frequency, damping_ratio } => {
+            Self::Compliant { frequency, damping_ratio, .. } => {
                 frequency * (frequency * a + 2.0 * damping_ratio * b)
             }
         }
@@ -44,31 +47,32 @@ impl AxisResponse {
 
     /// The exact step of length `dt`, s, under a constant command.
     pub(crate) fn discretised(&self, dt: f64) -> AxisStep {
-        let (matrix, input, mean) = match *self {
-            Self::Exact => ([[0.0; 2]; 2], [1.0, 0.0], [0.0; 2]),
+        let (matrix, input, mean, gain) = match *self {
+            Self::Exact => ([[0.0; 2]; 2], [1.0, 0.0], [0.0; 2], 1.0),
             Self::Lag { time_constant } => {
                 let keep = (-dt / time_constant).exp();
-                ([[keep, 0.0], [0.0; 2]], [1.0 - keep, 0.0], [time_constant / dt, 0.0])
+                ([[keep, 0.0], [0.0; 2]], [1.0 - keep, 0.0], [time_constant / dt, 0.0], 1.0)
             }
-            Self::Compliant { frequency, damping_ratio } => {
+            Self::Compliant { frequency, damping_ratio, gain } => {
                 let drag = 2.0 * damping_ratio * frequency;
                 let stiffness = frequency * frequency;
                 let matrix = exponential([[0.0, dt], [-stiffness * dt, -drag * dt]]);
                 // K⁻¹ (exp(K dt) − 1) (0, 1).
                 let input = [(-drag * matrix[0][1] - matrix[1][1] + 1.0) / stiffness, matrix[0][1]];
-                (matrix, input, [0.0, dt.recip()])
+                (matrix, input.map(|entry| gain * entry), [0.0, dt.recip()], gain)
             }
         };
-        AxisStep { matrix, input, mean }
+        AxisStep { matrix, input, mean, gain }
     }
 }
 
-/// Step of an axis: `s' = A s + b c`. The mean wrench over the step is `c − m·(s' − s)`.
+/// Step of an axis: `s' = A s + b c`. The mean wrench over the step is `g c − m·(s' − s)`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AxisStep {
     matrix: [[f64; 2]; 2],
     input: [f64; 2],
     mean: [f64; 2],
+    gain: f64,
 }
 
 impl AxisStep {
@@ -77,7 +81,8 @@ impl AxisStep {
     pub(crate) fn advance(&self, state: &mut [f64; 2], command: f64) -> f64 {
         let next = [0, 1]
             .map(|k| self.matrix[k][0] * state[0] + self.matrix[k][1] * state[1] + self.input[k] * command);
-        let mean = command - self.mean[0] * (next[0] - state[0]) - self.mean[1] * (next[1] - state[1]);
+        let mean =
+            self.gain * command - self.mean[0] * (next[0] - state[0]) - self.mean[1] * (next[1] - state[1]);
         *state = next;
         mean
     }
@@ -111,8 +116,8 @@ mod tests {
     const ALL: [AxisResponse; 4] = [
         AxisResponse::Exact,
         AxisResponse::Lag { time_constant: 0.08 },
-        AxisResponse::Compliant { frequency: 31.6, damping_ratio: 0.47 },
-        AxisResponse::Compliant { frequency: 20.0, damping_ratio: 1.0 },
+        AxisResponse::Compliant { frequency: 31.6, damping_ratio: 0.47, gain: 1.0 },
+        AxisResponse::Compliant { frequency: 20.0, damping_ratio: 1.0, gain: 0.8 },
     ];
 
     #[test]
@@ -143,7 +148,7 @@ mod tests {
                 })
                 .sum();
             assert!((mean - sum).abs() < 1e-3 * mean, "{response:?}: {mean} {sum}");
-            assert!((before - 10.0).abs() < 1e-6, "{response:?}: {before}");
+            assert!((before - 10.0 * short.gain).abs() < 1e-6, "{response:?}: {before}");
         }
     }
 

@@ -19,9 +19,10 @@ const KNOTS: [usize; 4] = [2, 4, 6, 8];
 /// Hypotheses on the time constant of a lag, s.
 const TIME_CONSTANTS_S: [f64; 14] =
     [0.02, 0.03, 0.04, 0.05, 0.065, 0.08, 0.1, 0.125, 0.15, 0.185, 0.225, 0.275, 0.35, 0.5];
-/// Hypotheses on natural frequency, rad/s, and damping ratio.
-const FREQUENCIES_RAD_PER_S: [f64; 7] = [15.0, 20.0, 27.0, 36.0, 48.0, 64.0, 85.0];
-const DAMPING_RATIOS: [f64; 4] = [0.25, 0.45, 0.7, 1.0];
+/// Hypotheses on natural frequency, rad/s, damping ratio and gain of a compliance.
+const FREQUENCIES_RAD_PER_S: [f64; 6] = [20.0, 27.0, 36.0, 48.0, 64.0, 85.0];
+const DAMPING_RATIOS: [f64; 3] = [0.45, 0.7, 1.0];
+const GAINS: [f64; 3] = [1.0, 0.85, 0.7];
 /// Standard deviation of a prediction error, as a share of a full command.
 const ERROR_SD: f64 = 0.015;
 /// Degrees of freedom of the distribution of prediction errors.
@@ -29,8 +30,10 @@ const DEGREES_OF_FREEDOM: f64 = 4.0;
 /// Prior log probability of a lag or a compliance in comparison with none, along the forces and along the torque.
 const PRIOR_LAG_NATS: f64 = -2.0;
 const PRIOR_COMPLIANCE_NATS: f64 = -4.0;
-/// Prior log probability of a delay in comparison with none.
+/// Prior log probability of a delay in comparison with none, and of each step of it. Without a lag, readings do not
+/// distinguish all delays; the shortest one then counts.
 const PRIOR_DELAY_NATS: f64 = -2.0;
+const PRIOR_DELAY_STEP_NATS: f64 = -0.1;
 
 /// Online estimate of the response of an arm that is commanded once per period.
 #[derive(Clone, Debug)]
@@ -146,7 +149,7 @@ impl ArmEstimate {
         }
     }
 
-    /// Delay in substeps and numbers of the responses with the highest posterior probability, the shortest delay first.
+    /// Delay in substeps and numbers of the responses with the highest posterior probability.
     fn best(&self) -> [usize; 3] {
         let count = self.responses.len();
         let mut best = ([0; 3], f64::NEG_INFINITY);
@@ -158,7 +161,8 @@ impl ArmEstimate {
                 })
             };
             let (force, torque) = (most(|one| one.force_nats), most(|one| one.torque_nats));
-            let nats = force.1 + torque.1 + if delay > 0 { PRIOR_DELAY_NATS } else { 0.0 };
+            let prior_delay = PRIOR_DELAY_NATS + PRIOR_DELAY_STEP_NATS * delay as f64;
+            let nats = force.1 + torque.1 + if delay > 0 { prior_delay } else { 0.0 };
             if nats > best.1 {
                 best = ([DELAY_STEP * delay, force.0, torque.0], nats);
             }
@@ -222,7 +226,9 @@ impl ArmEstimate {
 fn responses() -> Vec<AxisResponse> {
     let lags = TIME_CONSTANTS_S.map(|time_constant| AxisResponse::Lag { time_constant });
     let compliant = FREQUENCIES_RAD_PER_S.into_iter().flat_map(|frequency| {
-        DAMPING_RATIOS.map(|damping_ratio| AxisResponse::Compliant { frequency, damping_ratio })
+        DAMPING_RATIOS.into_iter().flat_map(move |damping_ratio| {
+            GAINS.map(|gain| AxisResponse::Compliant { frequency, damping_ratio, gain })
+        })
     });
     [AxisResponse::Exact].into_iter().chain(lags).chain(compliant).collect()
 }
@@ -295,11 +301,20 @@ mod tests {
     }
 
     #[test]
+    fn the_shortest_of_the_indistinguishable_delays_counts() {
+        // The wrench reaches the command 20 ms after it takes effect, and is read 50 ms after.
+        for (delay, expected) in [(0.05, 0.05), (0.07, 0.05), (0.1, 0.1)] {
+            let found = estimated(&ArmResponse { delay, ..ArmResponse::default() }, 20).response();
+            assert_eq!(found, ArmResponse { delay: expected, ..ArmResponse::default() });
+        }
+    }
+
+    #[test]
     fn a_compliance_is_recovered() {
-        let force = AxisResponse::Compliant { frequency: 34.0, damping_ratio: 0.5 };
-        let torque = AxisResponse::Compliant { frequency: 60.0, damping_ratio: 0.9 };
+        let force = AxisResponse::Compliant { frequency: 34.0, damping_ratio: 0.5, gain: 0.83 };
+        let torque = AxisResponse::Compliant { frequency: 60.0, damping_ratio: 0.9, gain: 1.0 };
         let found = estimated(&ArmResponse { delay: 0.0, force, torque }, 20).response();
-        assert_eq!(found.force, AxisResponse::Compliant { frequency: 36.0, damping_ratio: 0.45 });
+        assert_eq!(found.force, AxisResponse::Compliant { frequency: 36.0, damping_ratio: 0.45, gain: 0.85 });
         assert!(
             matches!(found.torque, AxisResponse::Compliant { .. } | AxisResponse::Lag { .. }),
             "{found:?}"
