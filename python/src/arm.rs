@@ -82,7 +82,17 @@ impl PyArmEstimate {
             }
         };
         let (force, torque) = (axis(response.force), axis(response.torque));
-        format!("<trundle arm: delay {:.0} ms, force {force}, torque {torque}>", 1e3 * response.delay)
+        let turn = response.turn.to_degrees();
+        let delay = 1e3 * response.delay;
+        format!(
+            "<trundle arm: delay {delay:.0} ms, force {force}, torque {torque}, turn {turn:.2} deg/(N m)>"
+        )
+    }
+
+    /// Most probable turn of a compliant hand against the object per torque, rad/(N·m).
+    #[getter]
+    fn turn(&self) -> f64 {
+        self.0.response().turn
     }
 
     /// Times of `wrenches` since the start of a period, s.

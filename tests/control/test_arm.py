@@ -78,7 +78,7 @@ def test_an_ideal_arm_changes_no_action() -> None:
 
 @pytest.mark.parametrize(
     ("options", "share"),
-    [({"arm": {"lag": 0.08}}, 0.15), ({"sensor_delay": 0.05}, 1.01), ({"arm": {"wrist": {}}}, 0.8)],
+    [({"arm": {"lag": 0.08}}, 0.2), ({"sensor_delay": 0.04}, 0.3), ({"arm": {"wrist": {}}}, 0.3)],
 )
 def test_impulses_explain_the_change_of_speed(options: dict[str, Any], share: float) -> None:
     belief, mass = pushed(noise=0.0, **options)

@@ -225,7 +225,7 @@ mod tests {
     /// Distance to the goal after 5 s with an arm of this response, which `known` gives to the planner.
     fn left_with_arm(known: bool) -> f64 {
         let lag = AxisResponse::Lag { time_constant: 0.15 };
-        let response = ArmResponse { delay: 0.0, force: lag, torque: lag };
+        let response = ArmResponse { delay: 0.0, force: lag, torque: lag, turn: 0.0 };
         let (plant, step, mut states) = (table(150.0), response.discretised(0.05), [[0.0; 2]; 3]);
         let mut planner = Planner::new(settings(), 0).unwrap();
         let mut task = task();

@@ -25,6 +25,11 @@ pub enum AxisResponse {
 }
 
 impl AxisResponse {
+    /// Whether the axis yields.
+    pub(crate) fn is_compliant(&self) -> bool {
+        matches!(self, Self::Compliant { .. })
+    }
+
     /// Wrench of a state.
     pub(crate) fn wrench(&self, [a, b]: [f64; 2]) -> f64 {
         match *self {

@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn a_lag_reduces_the_impulse_and_remains_in_the_state() {
         let lag = AxisResponse::Lag { time_constant: 0.1 };
-        let response = ArmResponse { delay: 0.1, force: lag, torque: lag };
+        let response = ArmResponse { delay: 0.1, force: lag, torque: lag, turn: 0.0 };
         let arm = CommandedArm {
             pending: vec![[2.0, 0.0, 0.0]; 20],
             substep: 0.005,

@@ -6,7 +6,7 @@
 
 use super::axis::{AxisResponse, AxisStep};
 use super::commanded::CommandedArm;
-use super::response::{ArmResponse, AxisStates};
+use super::response::{ArmResponse, AxisStates, turned};
 use crate::ControlError;
 
 /// Substeps of a period, in which the command is constant.
@@ -23,6 +23,12 @@ const TIME_CONSTANTS_S: [f64; 14] =
 const FREQUENCIES_RAD_PER_S: [f64; 6] = [20.0, 27.0, 36.0, 48.0, 64.0, 85.0];
 const DAMPING_RATIOS: [f64; 3] = [0.45, 0.7, 1.0];
 const GAINS: [f64; 3] = [1.0, 0.85, 0.7];
+/// Hypotheses on the turn of a compliant hand, rad/(N·m).
+const TURNS_RAD_PER_N_M: [f64; 8] = [0.0, 0.004, 0.008, 0.0125, 0.0165, 0.022, 0.03, 0.04];
+/// Prior log probability of a turn in comparison with none.
+const PRIOR_TURN_NATS: f64 = -2.0;
+/// Standard deviation of the direction of a force that has not settled, as a share of a full command.
+const DIRECTION_SD: f64 = 0.05;
 /// Standard deviation of a prediction error, as a share of a full command.
 const ERROR_SD: f64 = 0.015;
 /// Degrees of freedom of the distribution of prediction errors.
@@ -54,6 +60,8 @@ pub struct ArmEstimate {
     /// Readings at the end of all periods. `None` if the arm did not hold the object.
     readings: Vec<Option<[f64; 3]>>,
     last_command: [f64; 3],
+    /// Log likelihoods of [`TURNS_RAD_PER_N_M`].
+    turn_nats: [f64; TURNS_RAD_PER_N_M.len()],
 }
 
 /// A delay together with the response of an axis.
@@ -87,6 +95,7 @@ impl ArmEstimate {
             signal: Vec::new(),
             readings: Vec::new(),
             last_command: [0.0; 3],
+            turn_nats: [0.0; TURNS_RAD_PER_N_M.len()],
         })
     }
 
@@ -102,13 +111,40 @@ impl ArmEstimate {
         }
         self.last_command = command;
         self.readings.push(holds.then_some(reading));
+        if holds {
+            self.compare_directions(reading);
+        }
+        let turn = self.turn() * reading[2];
         for number in 0..self.hypotheses.len() {
-            self.update(number, reading, holds);
+            self.update(number, reading, holds, turn);
         }
     }
 
-    /// Advance a hypothesis over the last period, and compare it with the reading.
-    fn update(&mut self, number: usize, reading: [f64; 3], holds: bool) {
+    /// Compare the direction of a reading with that of the command at the end of the period.
+    fn compare_directions(&mut self, reading: [f64; 3]) {
+        let [delay, ..] = self.best();
+        let command = self.delayed(self.signal.len() - 1, delay);
+        let size = command[0].hypot(command[1]);
+        if size == 0.0 {
+            return;
+        }
+        for (nats, turn) in self.turn_nats.iter_mut().zip(TURNS_RAD_PER_N_M) {
+            let [x, y, _] = turned(command, turn * reading[2]);
+            *nats +=
+                log_likelihood((x * reading[1] - y * reading[0]) / (size * DIRECTION_SD * self.scale[0]));
+        }
+    }
+
+    /// The most probable turn of a compliant hand, rad/(N·m).
+    fn turn(&self) -> f64 {
+        let posterior = |k: usize| self.turn_nats[k] + if k > 0 { PRIOR_TURN_NATS } else { 0.0 };
+        let best = (1..TURNS_RAD_PER_N_M.len())
+            .fold(0, |best, k| if posterior(k) > posterior(best) { k } else { best });
+        TURNS_RAD_PER_N_M[best]
+    }
+
+    /// Advance a hypothesis over the last period, and compare it with the reading. `turn`: that of a compliant hand, rad.
+    fn update(&mut self, number: usize, reading: [f64; 3], holds: bool, turn: f64) {
         let kind = number % self.responses.len();
         let (response, step) = (self.responses[kind], self.steps[kind]);
         let mut hypothesis = self.hypotheses[number];
@@ -119,6 +155,7 @@ impl ArmEstimate {
         let delay = DELAY_STEP * (number / self.responses.len());
         for k in self.signal.len() - SUBSTEPS..self.signal.len() {
             let command = self.delayed(k, delay);
+            let command = if response.is_compliant() { turned(command, turn) } else { command };
             for axis in 0..3 {
                 step.advance(&mut hypothesis.states[axis], command[axis]);
             }
@@ -126,7 +163,7 @@ impl ArmEstimate {
         let nats = |axis: usize| {
             let error =
                 (reading[axis] - response.wrench(hypothesis.states[axis])) / (ERROR_SD * self.scale[axis]);
-            -(DEGREES_OF_FREEDOM + 1.0) / 2.0 * (error * error / DEGREES_OF_FREEDOM).ln_1p()
+            log_likelihood(error)
         };
         hypothesis.force_nats += nats(0) + nats(1);
         hypothesis.torque_nats += nats(2);
@@ -146,6 +183,7 @@ impl ArmEstimate {
             delay: delay as f64 * self.period / SUBSTEPS as f64,
             force: self.responses[force],
             torque: self.responses[torque],
+            turn: if self.responses[force].is_compliant() { self.turn() } else { 0.0 },
         }
     }
 
@@ -215,7 +253,11 @@ impl ArmEstimate {
             states = [0, 1, 2].map(|axis| axes[axis].corrected(states[axis], reading[axis]));
             wrenches.push(KNOTS.map(|knot| {
                 let share = knot as f64 / SUBSTEPS as f64;
-                [0, 1, 2].map(|axis| within[knot - 1][axis] + share * error[axis])
+                [0, 1, 2].map(|axis| {
+                    // An exact axis jumps between substeps, and has the mean value there.
+                    let after = if axes[axis] == AxisResponse::Exact { knot } else { knot - 1 };
+                    (within[knot - 1][axis] + within[after][axis]) / 2.0 + share * error[axis]
+                })
             }));
         }
         Some(wrenches)
@@ -231,6 +273,11 @@ fn responses() -> Vec<AxisResponse> {
         })
     });
     [AxisResponse::Exact].into_iter().chain(lags).chain(compliant).collect()
+}
+
+/// Log likelihood of an error in standard deviations.
+fn log_likelihood(error: f64) -> f64 {
+    -(DEGREES_OF_FREEDOM + 1.0) / 2.0 * (error * error / DEGREES_OF_FREEDOM).ln_1p()
 }
 
 /// Prior log probability of a response.
@@ -293,7 +340,8 @@ mod tests {
     #[test]
     fn delay_and_lag_are_recovered() {
         for (delay, time_constant) in [(0.0, 0.08), (0.1, 0.15), (0.06, 0.05)] {
-            let truth = ArmResponse { delay, force: lag(time_constant), torque: lag(time_constant) };
+            let truth =
+                ArmResponse { delay, force: lag(time_constant), torque: lag(time_constant), turn: 0.0 };
             let found = estimated(&truth, 20).response();
             assert!((found.delay - delay).abs() < 0.011, "{truth:?} {found:?}");
             assert_eq!((found.force, found.torque), (truth.force, truth.torque));
@@ -311,9 +359,10 @@ mod tests {
 
     #[test]
     fn a_compliance_is_recovered() {
+        let turn = 0.0165;
         let force = AxisResponse::Compliant { frequency: 34.0, damping_ratio: 0.5, gain: 0.83 };
         let torque = AxisResponse::Compliant { frequency: 60.0, damping_ratio: 0.9, gain: 1.0 };
-        let found = estimated(&ArmResponse { delay: 0.0, force, torque }, 20).response();
+        let found = estimated(&ArmResponse { delay: 0.0, force, torque, turn }, 20).response();
         assert_eq!(found.force, AxisResponse::Compliant { frequency: 36.0, damping_ratio: 0.45, gain: 0.85 });
         assert!(
             matches!(found.torque, AxisResponse::Compliant { .. } | AxisResponse::Lag { .. }),
@@ -332,7 +381,7 @@ mod tests {
 
     #[test]
     fn wrenches_within_a_period_are_those_of_the_arm() {
-        let truth = ArmResponse { delay: 0.04, force: lag(0.08), torque: lag(0.08) };
+        let truth = ArmResponse { delay: 0.04, force: lag(0.08), torque: lag(0.08), turn: 0.0 };
         let (estimate, exact) = (estimated(&truth, 20), simulated(&truth, 20));
         let wrenches = estimate.wrenches().unwrap();
         for (k, period) in wrenches.iter().enumerate().skip(1) {
@@ -345,7 +394,7 @@ mod tests {
 
     #[test]
     fn pending_commands_are_those_that_have_not_taken_effect() {
-        let truth = ArmResponse { delay: 0.1, force: lag(0.08), torque: lag(0.08) };
+        let truth = ArmResponse { delay: 0.1, force: lag(0.08), torque: lag(0.08), turn: 0.0 };
         let commanded = estimated(&truth, 20).commanded();
         let last = commanded.pending[commanded.pending.len() - 1];
         assert_eq!(commanded.pending.len(), 20);
@@ -354,7 +403,8 @@ mod tests {
 
     #[test]
     fn an_arm_without_the_object_exerts_nothing_and_is_not_compared() {
-        let mut estimate = estimated(&ArmResponse { delay: 0.0, force: lag(0.08), torque: lag(0.08) }, 20);
+        let mut estimate =
+            estimated(&ArmResponse { delay: 0.0, force: lag(0.08), torque: lag(0.08), turn: 0.0 }, 20);
         let before = estimate.response();
         for _ in 0..5 {
             estimate.observe([50.0, 0.0, 0.0], [0.0; 3], false);

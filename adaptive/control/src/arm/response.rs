@@ -11,6 +11,8 @@ pub struct ArmResponse {
     pub force: AxisResponse,
     /// Response of the torque.
     pub torque: AxisResponse,
+    /// Turn of a compliant hand against the object per torque, rad/(N·m). The commanded force turns with the hand.
+    pub turn: f64,
 }
 
 impl ArmResponse {
@@ -31,7 +33,7 @@ impl ArmResponse {
 
     /// The step of length `dt`, s, without the delay.
     pub(crate) fn discretised(&self, dt: f64) -> ArmStep {
-        ArmStep(self.axes().map(|axis| axis.discretised(dt)))
+        ArmStep { axes: self.axes().map(|axis| axis.discretised(dt)), turn: self.turn }
     }
 }
 
@@ -40,12 +42,28 @@ pub(crate) type AxisStates = [[f64; 2]; 3];
 
 /// Step of an arm.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ArmStep([AxisStep; 3]);
+pub(crate) struct ArmStep {
+    axes: [AxisStep; 3],
+    turn: f64,
+}
 
 impl ArmStep {
     /// Advance the states under a constant command. Returns the mean wrench over the step.
     #[inline]
     pub(crate) fn advance(&self, states: &mut AxisStates, command: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|k| self.0[k].advance(&mut states[k], command[k]))
+        let torque = self.axes[2].advance(&mut states[2], command[2]);
+        let [x, y, _] = turned(command, self.turn * torque);
+        [self.axes[0].advance(&mut states[0], x), self.axes[1].advance(&mut states[1], y), torque]
     }
+}
+
+/// A wrench with its force turned by an angle, rad.
+#[inline]
+pub(super) fn turned(wrench: [f64; 3], angle: f64) -> [f64; 3] {
+    if angle == 0.0 {
+        return wrench;
+    }
+    let (sin, cos) = angle.sin_cos();
+    let [x, y, torque] = wrench;
+    [cos * x - sin * y, sin * x + cos * y, torque]
 }
