@@ -156,8 +156,8 @@ impl ArmEstimate {
         for k in self.signal.len() - SUBSTEPS..self.signal.len() {
             let command = self.delayed(k, delay);
             let command = if response.is_compliant() { turned(command, turn) } else { command };
-            for axis in 0..3 {
-                step.advance(&mut hypothesis.states[axis], command[axis]);
+            for (state, entry) in hypothesis.states.iter_mut().zip(command) {
+                step.advance(state, entry);
             }
         }
         let nats = |axis: usize| {
