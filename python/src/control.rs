@@ -5,9 +5,10 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_control::{ObstacleMap, Planner, PlanningTask, Settings};
+use trundle_control::{CommandedArm, ObstacleMap, Planner, PlanningTask, Settings};
 use trundle_model::{Body, Fixture, Plant, State};
 
+use crate::arm::PyArmEstimate;
 use crate::baseline::Regression;
 use crate::error::{refused, run};
 use crate::model::PyModel;
@@ -112,6 +113,9 @@ impl PyPlanner {
     ///     Inner states of the laws, as `Laws.starts`; their initial values by default.
     /// learnt : regression, optional
     ///     Regression that predicts the motion. The model then only gives the outline.
+    /// arm : estimate, optional
+    ///     Response of the arm. `pose` and `twist` are then those at the latest observation, and plans start when the next
+    ///     command takes effect. By default the wrench is the command at once.
     ///
     /// Returns
     /// -------
@@ -122,7 +126,7 @@ impl PyPlanner {
     /// ------
     /// TrundleError
     ///     If a number is not finite, or a value of a model is free.
-    #[pyo3(signature = (model, pose, twist, goal, grasp, obstacles = vec![], *, inner = vec![], learnt = None))]
+    #[pyo3(signature = (model, pose, twist, goal, grasp, obstacles = vec![], *, inner = vec![], learnt = None, arm = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
     fn plan<'py>(
         &mut self,
@@ -135,8 +139,10 @@ impl PyPlanner {
         obstacles: Vec<Vec<[f64; 2]>>,
         inner: Vec<f64>,
         learnt: Option<PyRef<'py, Regression>>,
+        arm: Option<PyRef<'py, PyArmEstimate>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let task = PlanningTask { state: model.state(pose, twist, &inner)?, goal, grasp };
+        let task =
+            PlanningTask { state: model.state(pose, twist, &inner)?, goal, grasp, arm: commanded(arm) };
         let map = self.obstacle_map(py, &model.body()?, obstacles, &task)?;
         let planner = &mut self.planner;
         let flat = |plan: &[[f64; 3]]| plan.iter().flatten().copied().collect::<Vec<f64>>();
@@ -156,14 +162,14 @@ impl PyPlanner {
     /// ----------
     /// models : sequence of Model
     ///     Equally probable models.
-    /// pose, twist, goal, grasp, obstacles, inner
+    /// pose, twist, goal, grasp, obstacles, inner, arm
     ///     As for `plan`.
     ///
     /// Returns
     /// -------
     /// float
     ///     Mean cost of the best common plan minus the mean cost of the best plan for each model.
-    #[pyo3(signature = (models, pose, twist, goal, grasp, obstacles = vec![], *, inner = vec![]))]
+    #[pyo3(signature = (models, pose, twist, goal, grasp, obstacles = vec![], *, inner = vec![], arm = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
     fn regret<'py>(
         &mut self,
@@ -175,8 +181,10 @@ impl PyPlanner {
         grasp: [f64; 2],
         obstacles: Vec<Vec<[f64; 2]>>,
         inner: Vec<f64>,
+        arm: Option<PyRef<'py, PyArmEstimate>>,
     ) -> PyResult<f64> {
-        let task = PlanningTask { state: models.state(pose, twist, &inner)?, goal, grasp };
+        let task =
+            PlanningTask { state: models.state(pose, twist, &inner)?, goal, grasp, arm: commanded(arm) };
         let (plants, map) = (models.plants()?, self.obstacle_map(py, &models.body()?, obstacles, &task)?);
         run(py, || self.planner.regret(&plants, &task, &map))
     }
@@ -191,7 +199,7 @@ impl PyPlanner {
     /// Parameters
     /// ----------
     /// model, pose, twist, goal, obstacles
-    ///     As for `plan`, with `inner`.
+    ///     As for `plan`, with `inner` and `arm`.
     /// grasps : sequence of pairs of float
     ///     Object frame, m.
     ///
@@ -199,7 +207,7 @@ impl PyPlanner {
     /// -------
     /// ndarray, shape (len(grasps),)
     ///     Costs; infinite if no plan keeps the motion finite.
-    #[pyo3(signature = (model, pose, twist, goal, grasps, obstacles = vec![], *, inner = vec![]))]
+    #[pyo3(signature = (model, pose, twist, goal, grasps, obstacles = vec![], *, inner = vec![], arm = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
     fn compare<'py>(
         &mut self,
@@ -211,8 +219,10 @@ impl PyPlanner {
         grasps: Vec<[f64; 2]>,
         obstacles: Vec<Vec<[f64; 2]>>,
         inner: Vec<f64>,
+        arm: Option<PyRef<'py, PyArmEstimate>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let task = PlanningTask { state: model.state(pose, twist, &inner)?, goal, grasp: [0.0; 2] };
+        let (state, grasp) = (model.state(pose, twist, &inner)?, [0.0; 2]);
+        let task = PlanningTask { state, goal, grasp, arm: commanded(arm) };
         let (plants, map) = (model.plants()?, self.obstacle_map(py, &model.body()?, obstacles, &task)?);
         let costs = run(py, || self.planner.compare(&plants, &task, &map, &grasps))?;
         Ok(PyArray1::from_vec(py, costs))
@@ -262,6 +272,11 @@ impl PyPlanner {
         self.map = Some((inputs, map.clone()));
         Ok(map)
     }
+}
+
+/// The arm of a task; ideal by default.
+fn commanded(arm: Option<PyRef<'_, PyArmEstimate>>) -> CommandedArm {
+    arm.map(|arm| arm.commanded()).unwrap_or_default()
 }
 
 const NONE: &str = "models: give at least one";

@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod actions;
+mod arm;
 mod baseline;
 mod black_box;
 mod columns;
@@ -55,6 +56,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     diagnose::register(module)?;
     black_box::register(module)?;
     design::register(module)?;
+    arm::register(module)?;
     control::register(module)?;
     paper::register(module)?;
     posterior::register(module)?;

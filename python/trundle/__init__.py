@@ -32,11 +32,13 @@ from trundle.summary import RecordingSummary
 if _TYPE_CHECKING:
     from trundle import baselines, calibration, envs, export, importers, mechanism, plots, report
     from trundle.agent import AdaptiveAgent
+    from trundle.agent_settings import AgentSettings
     from trundle.record_wrapper import Record
     from trundle.viewing import view
 
 __all__ = [
     "AdaptiveAgent",
+    "AgentSettings",
     "Design",
     "Diagnosis",
     "Episode",
@@ -88,6 +90,7 @@ __all__ = [
 
 _LAZY = {
     "AdaptiveAgent": "trundle.agent",
+    "AgentSettings": "trundle.agent_settings",
     "Record": "trundle.record_wrapper",
     "baselines": "trundle",
     "calibration": "trundle",

@@ -207,6 +207,7 @@ class Planner:
         *,
         inner: Sequence[float] = ...,
         learnt: _Regression | None = None,
+        arm: _ArmEstimate | None = None,
     ) -> NDArray[np.float64]: ...
     def regret(
         self,
@@ -218,6 +219,7 @@ class Planner:
         obstacles: Sequence[Sequence[Sequence[float]]] = ...,
         *,
         inner: Sequence[float] = ...,
+        arm: _ArmEstimate | None = None,
     ) -> float: ...
     def be_curious(self, curiosity: float) -> None: ...
     def compare(
@@ -230,11 +232,35 @@ class Planner:
         obstacles: Sequence[Sequence[Sequence[float]]] = ...,
         *,
         inner: Sequence[float] = ...,
+        arm: _ArmEstimate | None = None,
     ) -> NDArray[np.float64]: ...
     def advance(self, seconds: float) -> None: ...
     def restart(self) -> None: ...
     @property
     def hold(self) -> float: ...
+
+@final
+class _ArmEstimate:
+    def __new__(
+        cls, period: float, rise: float, scale: Sequence[float] | NDArray[np.float64]
+    ) -> _ArmEstimate: ...
+    def observe(
+        self,
+        command: Sequence[float] | NDArray[np.float64],
+        reading: Sequence[float] | NDArray[np.float64],
+        holds: bool,
+    ) -> None: ...
+    @property
+    def delay(self) -> float: ...
+    @property
+    def force(self) -> tuple[str, list[tuple[str, float]]]: ...
+    @property
+    def torque(self) -> tuple[str, list[tuple[str, float]]]: ...
+    @property
+    def turn(self) -> float: ...
+    @property
+    def knots(self) -> list[float]: ...
+    def wrenches(self) -> NDArray[np.float64] | None: ...
 
 @final
 class _Outcome:

@@ -10,7 +10,8 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle._native import Model, Planner, Pushing, TrundleError
+from trundle._native import Model, Planner, Pushing, TrundleError, _ArmEstimate
+from trundle.agent_settings import AgentSettings
 from trundle.belief import Belief, Update, freely_rolling_model, observation_metadata, uniform_model
 from trundle.braking import braking_action, exceeds_limits_soon
 from trundle.display import Card, Displayed
@@ -18,7 +19,7 @@ from trundle.envs.observation import COMMON_ENTRIES, Observation
 from trundle.learners import make_learner
 from trundle.picture import outlines
 
-__all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
+__all__ = ["AdaptiveAgent", "AgentSettings", "Belief", "Pushable", "Update"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -26,10 +27,6 @@ WRENCH_ENTRIES = 3
 """Number of entries of an action that are a wrench."""
 ACTION_MODES = ("wrench", "regrasp")
 """Meanings of an action that the agent supports."""
-DEFAULT_PERIOD_S = 0.05
-"""Time between two actions if the environment has no attribute `control`, s."""
-MAX_STARTS = 1000
-"""Maximum number of random starts of a search."""
 LOCKED_WHEEL_DRAG = 150.0
 """Drag of the locked wheel in a probing agent's first models, N s/m."""
 POSTERIOR_DRAWS = 4
@@ -60,11 +57,12 @@ class Pushable(Protocol):
 class AdaptiveAgent(Displayed):
     """Adaptive agent for `trundle.envs.Push`'s tasks and environments with the same spaces.
 
-    The agent starts from a model of the object, by default uniform and rolling freely. It plans pushes on the
-    model with MPPI, keeps an online estimate of the paper's model, and replans. While the value of
-    information is large, it plans for several posterior draws and updates the estimate before each action.
+    The agent starts from a model of the object. It plans pushes on the model with MPPI, keeps an online
+    estimate of the paper's model, and replans. While the value of information is large, it plans for several
+    posterior draws and updates the estimate before each action. It also estimates delay, lag and compliance
+    of the arm, and plans from the time at which the next command takes effect.
     If the object is about to exceed a speed limit, it brakes, independently of the model. Its only input are
-    the observations, unless `outline` is set.
+    the observations, unless the setting `outline` is True.
 
     `predict` has the signature of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs the agent, on vectorised environments too.
@@ -74,40 +72,11 @@ class AdaptiveAgent(Displayed):
     env : gymnasium.Env
         Environment with the action "wrench", or "regrasp": then the agent also chooses the grasp. It
         provides the spaces, the action scale and a description of the object.
+    settings : AgentSettings, optional
+        By default `AgentSettings()`.
     model : Model, optional
-        Model at the start of an episode. Must contain a value for every parameter.
-    mass : float
-        Mass of the default model, kg, if the environment does not provide it.
-    adapt : bool
-        Whether to estimate. Otherwise the agent keeps its first model.
-    learner : {"filter", "shooting", "linear", "local"}
-        "filter": the paper's model, estimated online under the default likelihood. "shooting": the same
-        model under eq. 8 of the paper. "linear", "local": linear or locally weighted regression.
-    diagnose : bool
-        Whether to diagnose missing effects if the model predicts worse than the noise explains. The agent
-        adds the named effects to its model. If none is named, it adds the best fitted candidate, if that
-        predicts better.
-    probe : bool
-        Whether to start with several models: the object rolls freely, or a wheel near one corner is locked.
-        While the value of information is large, the agent prefers pushes that distinguish them (dual
-        control).
-    outline : bool
-        Whether to start with the true outline if objects vary, as a camera would see it. Otherwise the agent
-        assumes the rectangle in the observations. For one environment at a time.
-    push : float
-        Time between two updates once the value of information is small, s.
-    pushes : int, optional
-        Number of such intervals after which learning stops; by default it never stops.
-    starts : int
-        Number of random starts of each search, 1 to 1000.
-    period : float, optional
-        Time between two actions, s; by default the environment's `control`, or 0.05.
-    rise : float
-        Time in which the wrench changes from one action to the next, s.
-    seed : int
-        Seed of plans and searches. The same seed and observations give the same actions.
-    **planner
-        Settings of `trundle.Planner`.
+        Model at the start of an episode. Must contain a value for every parameter. By default the object is
+        uniform and rolls freely.
 
     Raises
     ------
@@ -118,7 +87,7 @@ class AdaptiveAgent(Displayed):
     --------
     >>> import gymnasium, trundle
     >>> env = gymnasium.make("trundle/LockedWheel-v0")
-    >>> agent = trundle.AdaptiveAgent(env)
+    >>> agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(starts=3))
     >>> observation, info = env.reset(seed=0)
     >>> action, state = agent.predict(observation, episode_start=True)
     """
@@ -126,59 +95,30 @@ class AdaptiveAgent(Displayed):
     def __init__(
         self,
         env: gym.Env[Any, Any],
+        settings: AgentSettings | None = None,
         *,
         model: Model | None = None,
-        mass: float = 22.0,
-        adapt: bool = True,
-        learner: str = "filter",
-        diagnose: bool = False,
-        probe: bool = False,
-        outline: bool = False,
-        push: float = 0.5,
-        pushes: int | None = None,
-        starts: int = 2,
-        period: float | None = None,
-        rise: float = 0.02,
-        seed: int = 0,
-        **planner: Any,
     ) -> None:
-        space, entries, source = require_supported(env)
-        period = float(getattr(source, "control", DEFAULT_PERIOD_S)) if period is None else period
-        if not 0 < rise < period <= push:
-            raise TrundleError(
-                f"rise = {rise}, period = {period}, push = {push}: give rise < period <= push (s); "
-                "the default period is that of the environment"
-            )
-        if not 1 <= starts <= MAX_STARTS:
-            raise TrundleError(f"starts = {starts}: must be 1 to {MAX_STARTS}")
-        if not 0 <= seed < 2**63:
-            raise TrundleError(f"seed = {seed}: must be an integer from 0 to 2**63 - 1")
-        if pushes is not None and pushes < 1:
-            raise TrundleError(f"pushes = {pushes}: must be at least 1; adapt = False disables learning")
-        if not adapt and (diagnose or probe):
-            raise TrundleError(
-                f"adapt = False, diagnose = {diagnose}, probe = {probe}: these need adapt = True"
-            )
-        self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)[:WRENCH_ENTRIES]
-        self._space, self._entries, self._source = space, entries, source
-        self._obstacles: Callable[[Array], Any] = getattr(source, "seen_obstacles", lambda _: ())
-        self._knows_outline = outline
-        self._has_varied_objects = bool(getattr(source, "varied", False))
-        self._can_regrasp = getattr(source, "mode", "wrench") == "regrasp"
-        self._model, self._mass = model, mass
-        self._adapts, self._probes = adapt, probe
-        self._learner = make_learner(learner, diagnose=diagnose, starts=starts, seed=seed)
-        self._period, self._rise, self._seed = period, rise, seed
-        self._planner_settings = planner
-        self._steps_per_plan = max(1, round(self._make_planner().hold / period))
-        self._steps_per_update = max(1, round(push / period))
-        self._last_learning_step = np.inf if pushes is None else pushes * self._steps_per_update
+        chosen = AgentSettings() if settings is None else settings
+        self._space, self._entries, self._source = require_supported(env)
+        self._settings, self._model = chosen, model
+        self._scale = np.asarray(self._source.ACTION_SCALE, dtype=np.float64)[:WRENCH_ENTRIES]
+        self._obstacles: Callable[[Array], Any] = getattr(self._source, "seen_obstacles", lambda _: ())
+        self._has_varied_objects = bool(getattr(self._source, "varied", False))
+        self._can_regrasp = getattr(self._source, "mode", "wrench") == "regrasp"
+        self._learner = make_learner(
+            chosen.learner, diagnose=chosen.diagnose, starts=chosen.starts, seed=chosen.seed
+        )
+        self._period = chosen.control_period(self._source)
+        self._steps_per_plan = max(1, round(self._make_planner().hold / self._period))
+        self._steps_per_update = max(1, round(chosen.push / self._period))
+        self._last_learning_step = np.inf if chosen.pushes is None else chosen.pushes * self._steps_per_update
         self._beliefs: tuple[Belief, ...] = ()
 
     def _card(self) -> Card:
-        adapts = "estimates while pushing" if self._adapts else "keeps its first model"
+        adapts = "estimates while pushing" if self._settings.adapt else "keeps its first model"
         facts = [
-            ("model", f"{adapts}{', starts with several models' if self._probes else ''}"),
+            ("model", f"{adapts}{', starts with several models' if self._settings.probe else ''}"),
             (
                 "episodes",
                 f"{len(self._beliefs)} in progress, {sum(len(b.updates) for b in self._beliefs)} updates",
@@ -231,7 +171,7 @@ class AdaptiveAgent(Displayed):
             expected = f"({self._entries},) or (n, {self._entries})"
             raise TrundleError(f"observations must have shape {expected}, not {given.shape}")
         seen = [Observation(vector) for vector in vectors]
-        if self._knows_outline and len(seen) > 1:
+        if self._settings.outline and len(seen) > 1:
             raise TrundleError(f"outline = True, {len(seen)} observations: it is for one environment only")
         known: Sequence[Belief | None] = self._beliefs if state is None else state
         if len(known) != len(seen):
@@ -245,15 +185,17 @@ class AdaptiveAgent(Displayed):
         rows = zip(known, seen, starts, strict=True)
         self._beliefs = tuple(self._update(belief, one, start) for belief, one, start in rows)
         actions = np.array([self._act(belief) for belief in self._beliefs], dtype=np.float32)
+        for belief, action in zip(self._beliefs, actions, strict=True):
+            belief.command = action[:WRENCH_ENTRIES] * self._scale
         return actions.reshape((*given.shape[:-1], -1)), self._beliefs
 
     def _update(self, belief: Belief | None, observation: Observation, starts_episode: bool) -> Belief:
         """Return the belief after one more observation."""
         if belief is None or starts_episode:
             return self._first_belief(observation)
-        belief.observations.append(observation)
-        if self._adapts and self._is_update_due(belief):
-            update = self._learner.learn(belief, self._period, self._rise)
+        belief.observe(observation)
+        if self._settings.adapt and self._is_update_due(belief):
+            update = self._learner.learn(belief, self._period, self._settings.rise)
             if update is not None:
                 belief.updates.append(self._apply(belief, update))
         return belief
@@ -267,7 +209,7 @@ class AdaptiveAgent(Displayed):
     def _first_belief(self, observation: Observation) -> Belief:
         """Return the belief at the start of an episode."""
         metadata = observation_metadata(self._source.recording_metadata("episode"))
-        if self._has_varied_objects and self._knows_outline:
+        if self._has_varied_objects and self._settings.outline:
             # The outline only, not the positions of the feet.
             description = {key: value for key, value in metadata["object"].items() if key != "support"}
             metadata = {**metadata, "object": description}
@@ -276,10 +218,11 @@ class AdaptiveAgent(Displayed):
             a, b = observation.half_size
             metadata = {**metadata, "object": {"footprint": [[-a, -b], [a, -b], [a, b], [-a, b]]}}
         description = metadata["object"]
-        model = freely_rolling_model(description, self._mass) if self._model is None else self._model
-        belief = Belief(model, self._make_planner(), metadata, observation)
-        if self._probes:
-            belief.models += locked_corner_models(description, self._mass)
+        model = freely_rolling_model(description, self._settings.mass) if self._model is None else self._model
+        arm = _ArmEstimate(self._period, self._settings.rise, self._scale) if self._settings.arm else None
+        belief = Belief(model, self._make_planner(), metadata, observation, arm)
+        if self._settings.probe:
+            belief.models += locked_corner_models(description, self._settings.mass)
             belief.planner.be_curious(PROBING_WEIGHT_S)
         return belief
 
@@ -294,7 +237,7 @@ class AdaptiveAgent(Displayed):
         last = belief.updates[-1].value_of_information if belief.updates and not has_new_effects else np.inf
         # Once the value of information is small, it stays small until the model gains effects.
         value = self._value_of_information(belief, inner) if last > MIN_VALUE_OF_INFORMATION else last
-        is_probing = self._probes and value > MIN_VALUE_OF_INFORMATION
+        is_probing = self._settings.probe and value > MIN_VALUE_OF_INFORMATION
         belief.planner.be_curious(PROBING_WEIGHT_S if is_probing else 0.0)
         now = belief.latest
         is_slow = np.hypot(*now.velocity) < MAX_RELEASE_SPEED and abs(now.spin) < MAX_RELEASE_SPEED
@@ -304,10 +247,10 @@ class AdaptiveAgent(Displayed):
 
     def _value_of_information(self, belief: Belief, inner: list[float]) -> float:
         """Return the value of information, m s; if it is large, plan for posterior draws from now on."""
-        draws = tuple(belief.model.drawn(self._seed + number) for number in range(POSTERIOR_DRAWS))
+        draws = tuple(belief.model.drawn(self._settings.seed + number) for number in range(POSTERIOR_DRAWS))
         models = (belief.model, *draws)
         task = (*belief.situation, belief.latest.grasp, self._obstacles(belief.latest.vector))
-        value = belief.planner.regret(models, *task, inner=inner)
+        value = belief.planner.regret(models, *task, inner=inner, arm=belief.arm)
         if value > MIN_VALUE_OF_INFORMATION:
             belief.models = models
         return value
@@ -320,7 +263,9 @@ class AdaptiveAgent(Displayed):
         pose, twist, goal = belief.situation
         grasps = [belief.latest.grasp, *grasp_candidates(belief.metadata["object"])]
         obstacles = self._obstacles(belief.latest.vector)
-        costs = belief.planner.compare(belief.models, pose, twist, goal, grasps, obstacles, inner=inner)
+        costs = belief.planner.compare(
+            belief.models, pose, twist, goal, grasps, obstacles, inner=inner, arm=belief.arm
+        )
         best = int(np.argmin(costs))
         distance = np.hypot(goal[0] - pose[0], goal[1] - pose[1])
         if best == 0 or costs[best] + Pushing.REGRASP * distance > MAX_REGRASP_COST_RATIO * costs[0]:
@@ -341,7 +286,8 @@ class AdaptiveAgent(Displayed):
         action = np.zeros(self._space.shape)
         if self._can_regrasp:
             action[-1] = -1.0
-        if exceeds_limits_soon(belief.observations):
+        delay = 0.0 if belief.arm is None else belief.arm.delay
+        if exceeds_limits_soon(belief.observations, delay / self._period):
             belief.plan = []
             action[:WRENCH_ENTRIES] = braking_action(belief.latest)
         else:
@@ -361,8 +307,9 @@ class AdaptiveAgent(Displayed):
                 self._obstacles(belief.latest.vector),
                 inner=belief.inner_states(self._period),
                 learnt=belief.regression,
+                arm=belief.arm,
             )
-            steps = 1 if self._adapts and is_uncertain(belief) else self._steps_per_plan
+            steps = 1 if self._settings.adapt and is_uncertain(belief) else self._steps_per_plan
             belief.planner.advance(steps * self._period)
             belief.plan = [plan[0] / self._scale] * steps
         return belief.plan.pop()
@@ -378,7 +325,7 @@ class AdaptiveAgent(Displayed):
     def _make_planner(self) -> Planner:
         low = self._space.low[:WRENCH_ENTRIES] * self._scale
         high = self._space.high[:WRENCH_ENTRIES] * self._scale
-        return Planner(low, high, seed=self._seed, **self._planner_settings)
+        return Planner(low, high, seed=self._settings.seed, **self._settings.planner)
 
 
 def require_supported(env: gym.Env[Any, Any]) -> tuple[gym.spaces.Box, int, Pushable]:

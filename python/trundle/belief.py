@@ -10,7 +10,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from trundle._native import Laws, Model, Planner, Recording, _Regression
+from trundle._native import Laws, Model, Planner, Recording, _ArmEstimate, _Regression
 from trundle.display import Card, Displayed, Table
 from trundle.envs.observation import Observation
 from trundle.online import Online
@@ -80,6 +80,8 @@ class Belief(Displayed):
         Content of ``recording.toml`` for a recording of the observations.
     first : Observation
         Observation after the reset.
+    arm : _ArmEstimate, optional
+        Estimate of the arm's response; None: the wrench is the command at once.
 
     Attributes
     ----------
@@ -103,9 +105,18 @@ class Belief(Displayed):
         Online estimate of the parameters of `template`.
     regression : optional
         Regression that the planner uses instead of `models`.
+    command : ndarray, shape (3,)
+        Last command: a wrench at the grasp, object axes, N and N m.
     """
 
-    def __init__(self, model: Model, planner: Planner, metadata: dict[str, Any], first: Observation) -> None:
+    def __init__(
+        self,
+        model: Model,
+        planner: Planner,
+        metadata: dict[str, Any],
+        first: Observation,
+        arm: _ArmEstimate | None = None,
+    ) -> None:
         self.models: tuple[Model, ...] = (model,)
         self.planner = planner
         self.metadata = metadata
@@ -118,6 +129,8 @@ class Belief(Displayed):
         self.observations: list[Observation] = [first]
         self.next_grasp: Array | None = None
         self.has_released = False
+        self.arm = arm
+        self.command: Array = np.zeros(3)
 
     def _card(self) -> Card:
         facts = [
@@ -125,7 +138,16 @@ class Belief(Displayed):
             ("updates", str(len(self.updates))),
             ("observations", str(len(self.observations))),
         ]
+        if self.arm is not None:
+            facts.append(("arm", repr(self.arm)))
         return Card("trundle.agent.Belief", facts)
+
+    def observe(self, observation: Observation) -> None:
+        """Add the observation at the end of the action `command`."""
+        if self.arm is not None:
+            holds = self.next_grasp is None and np.array_equal(observation.grasp, self.latest.grasp)
+            self.arm.observe(self.command, observation.wrench, holds)
+        self.observations.append(observation)
 
     @property
     def model(self) -> Model:
@@ -173,7 +195,8 @@ class Belief(Displayed):
     def columns(self, period: float, rise: float) -> dict[str, Array]:
         """Return the observations as the table of an episode.
 
-        Each action has two readings of the wrench: when it reaches its value, and at its end.
+        Each action has a reading of the wrench at its end, and one when the wrench reaches the command. If
+        the arm is not ideal, it has several wrenches in between, by the estimated response.
 
         Parameters
         ----------
@@ -197,14 +220,26 @@ class Belief(Displayed):
             "force_y": force_y,
             "torque_z": seen.torque,
         }
-        # The wrench is constant after the rise, so the reading at the end of an action holds from there on.
-        # When the gripper releases the object, the wrench drops at once.
-        held = {key: np.full(len(x) - 1, np.nan) for key in table}
-        for key in ("force_x", "force_y", "torque_z"):
-            held[key] = table[key][1:]
-        held["t"] = table["t"][:-1] + np.where(is_regrasping(seen), RELEASE_TIME_S, rise)
-        order = np.argsort(np.concatenate([table["t"], held["t"]]))
-        return {key: np.concatenate([table[key], held[key]])[order] for key in table}
+        times, wrenches = self._wrenches_within(seen, rise)
+        inner = {key: np.full(times.size, np.nan) for key in table}
+        inner["t"] = (table["t"][:-1, None] + times).ravel()
+        inner |= zip(("force_x", "force_y", "torque_z"), wrenches.reshape(-1, 3).T, strict=True)
+        order = np.argsort(np.concatenate([table["t"], inner["t"]]))
+        return {key: np.concatenate([table[key], inner[key]])[order] for key in table}
+
+    def _wrenches_within(self, seen: Observation, rise: float) -> tuple[Array, Array]:
+        """Return times since the start of each action (n, k) and wrenches at them (n, k, 3).
+
+        When the gripper releases the object, the wrench drops at once.
+        """
+        released = is_regrasping(seen)
+        wrenches = None if self.arm is None else self.arm.wrenches()
+        if self.arm is None or wrenches is None:
+            # After the rise the wrench is constant and equals the reading at the end of the action.
+            return np.where(released, RELEASE_TIME_S, rise)[:, None], seen.wrench[1:, None]
+        times = np.tile(self.arm.knots, (len(wrenches), 1))
+        times[released, 0] = RELEASE_TIME_S
+        return times, wrenches
 
     def transitions(self, period: float, rise: float) -> tuple[Array, Array, Array, Array]:
         """Return states before, mean wrenches about the object's origin, durations, and states after.
@@ -214,8 +249,11 @@ class Belief(Displayed):
         """
         seen = self._batch()
         states = np.column_stack([seen.position, np.unwrap(seen.heading), seen.twist])
-        share = np.where(is_regrasping(seen), 0.0, rise / period / 2)[:, None]
-        mean = share * seen.wrench[:-1] + (1 - share) * seen.wrench[1:]
+        times, within = self._wrenches_within(seen, rise)
+        ends = np.zeros((len(times), 1)), np.full((len(times), 1), period)
+        steps = np.diff(np.concatenate([ends[0], times, ends[1]], axis=1), axis=1)[..., None]
+        wrenches = np.concatenate([seen.wrench[:-1, None], within, seen.wrench[1:, None]], axis=1)
+        mean = ((wrenches[:, 1:] + wrenches[:, :-1]) / 2 * steps).sum(axis=1) / period
         wrench = about_origin(mean.T, seen.grasp[:-1].T).T
         return states[:-1], np.ascontiguousarray(wrench), np.full(len(mean), period), states[1:]
 

@@ -21,7 +21,7 @@ LOOKAHEAD_STEPS = 2
 """Number of actions over which the present acceleration is extrapolated."""
 
 
-def exceeds_limits_soon(observations: Sequence[Observation]) -> bool:
+def exceeds_limits_soon(observations: Sequence[Observation], delay_steps: float = 0.0) -> bool:
     """Return whether the extrapolated motion exceeds `MAX_TWIST`.
 
     The acceleration is that between the last two observations. It is zero if there is only one. The rule uses
@@ -31,9 +31,11 @@ def exceeds_limits_soon(observations: Sequence[Observation]) -> bool:
     ----------
     observations : sequence of Observation
         One or more observations of an episode, the latest last.
+    delay_steps : float
+        Delay of the next command in periods, by which the motion is extrapolated further.
     """
     now, before = observations[-1].twist, observations[-2 if len(observations) > 1 else -1].twist
-    vx, vy, spin = now + LOOKAHEAD_STEPS * (now - before)
+    vx, vy, spin = now + (LOOKAHEAD_STEPS + delay_steps) * (now - before)
     return bool(np.hypot(vx, vy) > MAX_TWIST[0] or abs(spin) > MAX_TWIST[2])
 
 

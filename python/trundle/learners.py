@@ -15,10 +15,11 @@ from trundle.belief import Belief, Update
 from trundle.fitting import Fit, Likelihood, fit
 from trundle.online import Online
 
-__all__ = ["KINDS", "Kind", "Learner", "make_learner"]
+__all__ = ["KINDS", "REGRESSIONS", "Kind", "Learner", "make_learner"]
 
 Kind: TypeAlias = Literal["filter", "shooting", "linear", "local"]
 KINDS: tuple[Kind, ...] = ("filter", "shooting", "linear", "local")
+REGRESSIONS: tuple[Kind, ...] = ("linear", "local")
 
 MIN_LACK_OF_FIT_NATS = 12.0
 """Excess prediction error per pose, nats, above which an effect is considered missing."""
@@ -59,33 +60,11 @@ class Learner(Protocol):
         """
 
 
-def make_learner(kind: str, *, diagnose: bool, starts: int, seed: int) -> Learner:
-    """Return a learner.
-
-    Parameters
-    ----------
-    kind : {"filter", "shooting", "linear", "local"}
-        As for `trundle.AdaptiveAgent`.
-    diagnose : bool
-        Whether to diagnose a lack of fit; for "filter" and "shooting".
-    starts, seed : int
-        Random starts of each search, and their seed.
-
-    Raises
-    ------
-    TrundleError
-        If the kind is unknown, or `diagnose` is combined with a regression.
-    """
-    if kind not in KINDS:
-        raise TrundleError(f"learner = {kind!r}: choose one of {', '.join(KINDS)}")
-    if kind in ("filter", "shooting"):
-        return Physics("steps" if kind == "shooting" else None, diagnose=diagnose, starts=starts, seed=seed)
-    if diagnose:
-        raise TrundleError(
-            f"learner = {kind!r}, diagnose = True: a regression cannot be diagnosed; "
-            "choose 'filter' or 'shooting'"
-        )
-    return Regressor(local=kind == "local")
+def make_learner(kind: Kind, *, diagnose: bool, starts: int, seed: int) -> Learner:
+    """Return a learner; arguments as in `trundle.AgentSettings`."""
+    if kind in REGRESSIONS:
+        return Regressor(local=kind == "local")
+    return Physics("steps" if kind == "shooting" else None, diagnose=diagnose, starts=starts, seed=seed)
 
 
 class Physics:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from trundle._native import TrundleError
 from trundle._optional import require
 from trundle.agent import AdaptiveAgent
+from trundle.agent_settings import AgentSettings
 from trundle.atomic import atomic_file
 from trundle.experiments.training.policy import Policy, load
 
@@ -124,7 +125,7 @@ def _policy_function(env: gym.Env[Any, Any], agent: str | Policy, seed: int) -> 
     if isinstance(agent, Policy):
         return TrainedAgent(agent)
     if agent == "adaptive":
-        adaptive = AdaptiveAgent(env, seed=seed)
+        adaptive = AdaptiveAgent(env, AgentSettings(seed=seed))
         return lambda observation, step: adaptive.predict(observation, episode_start=step == 0)[0]
     random = np.random.default_rng(seed)
     steps_per_action = max(1, round(RANDOM_ACTION_DURATION_S * env.metadata["render_fps"]))

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import inspect
 import sys
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
@@ -25,7 +24,6 @@ else:
 __all__ = [
     "SettingsError",
     "build_settings",
-    "check_argument_types",
     "check_horizon",
     "parse",
     "parse_format",
@@ -86,24 +84,6 @@ def build_settings(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
     """Build a dataclass as `typed` does; an error is a `TrundleError` that also names the file."""
     try:
         return typed(kind, table)
-    except SettingsError as error:
-        raise TrundleError(f"{path}: {error}") from error
-
-
-def check_argument_types(
-    path: Path, function: Callable[..., Any], table: Mapping[str, Any], where: str, **instead: type
-) -> None:
-    """Check that values have the types of a function's keyword-only arguments, or those in `instead`.
-
-    Other keys are not checked: the function itself refuses them.
-    """
-    hints = {**typing.get_type_hints(function), **instead}
-    arguments = inspect.signature(function).parameters.values()
-    named = {one.name for one in arguments if one.kind is one.KEYWORD_ONLY}
-    try:
-        for key, value in table.items():
-            if key in named:
-                _value(hints[key], value, _join(where, key))
     except SettingsError as error:
         raise TrundleError(f"{path}: {error}") from error
 

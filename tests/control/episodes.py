@@ -28,7 +28,7 @@ def play(seed: int, *, adapt: bool) -> Episode:
     """Play one episode."""
     env = gymnasium.make("trundle/LockedWheel-v0")
     observation, _ = env.reset(seed=seed)
-    agent = trundle.AdaptiveAgent(env, adapt=adapt)
+    agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(adapt=adapt))
     reward, steps, done = 0.0, 0, False
     info: dict[str, Any] = {}
     while not done:

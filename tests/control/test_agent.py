@@ -83,7 +83,7 @@ def test_the_same_seed_and_observations_give_the_same_actions(
     env: gymnasium.Env[Any, Any], pushed: tuple[Observations, trundle.Model, trundle.agent.Belief]
 ) -> None:
     def actions(seed: int) -> list[Any]:
-        agent = trundle.AdaptiveAgent(env, seed=seed)
+        agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(seed=seed))
         return [agent.predict(row)[0].tolist() for row in pushed[0]]
 
     assert actions(5) == actions(5)
@@ -134,15 +134,15 @@ def test_unusable_environments_are_refused(env: gymnasium.Env[Any, Any]) -> None
     with pytest.raises(trundle.TrundleError, match="observations are Dict"):
         trundle.AdaptiveAgent(gymnasium.make("trundle/PushPoseGoal-v0"))
     with pytest.raises(trundle.TrundleError, match=r"push = 0\.01: give rise < period <= push"):
-        trundle.AdaptiveAgent(env, push=0.01)
+        trundle.AdaptiveAgent(env, trundle.AgentSettings(push=0.01))
     with pytest.raises(trundle.TrundleError, match="unknown field `sample`"):
-        trundle.AdaptiveAgent(env, sample=3)
+        trundle.AdaptiveAgent(env, trundle.AgentSettings(planner={"sample": 3}))
     with pytest.raises(trundle.TrundleError, match=r"shape \(16,\) or \(n, 16\), not \(3,\)"):
         trundle.AdaptiveAgent(env).predict(np.zeros(3))
     with pytest.raises(trundle.TrundleError, match="must be finite"):
         trundle.AdaptiveAgent(env).predict(np.full(16, np.nan))
     with pytest.raises(trundle.TrundleError, match="starts = 0"):
-        trundle.AdaptiveAgent(env, starts=0)
+        trundle.AgentSettings(starts=0)
 
 
 @pytest.mark.parametrize("substeps", [25, 50])
@@ -165,7 +165,7 @@ def test_the_outline_is_visible_only_on_request() -> None:
     source: Any = env.unwrapped
     true = source.recording_metadata("")["object"]
     for outline in (False, True):
-        agent = trundle.AdaptiveAgent(env, outline=outline)
+        agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(outline=outline))
         agent.predict(observation, episode_start=True)
         description = agent.beliefs[0].metadata["object"]
         assert "support" in true and "support" not in description

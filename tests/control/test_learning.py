@@ -33,7 +33,7 @@ def played(
     options = arguments.pop("options", {"hidden": "locked"})
     env = gymnasium.make(env_id, **options)
     observation, info = env.reset(seed=seed)
-    agent = trundle.AdaptiveAgent(env, **arguments)
+    agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(**arguments))
     for step in range(steps):
         action, _ = agent.predict(observation, episode_start=step == 0)
         observation, _, terminated, truncated, info = env.step(action)
@@ -81,7 +81,7 @@ def test_an_unnamed_effect_is_used_if_it_predicts_better(
     monkeypatch.setattr(_native, "_diagnose", unsure)
     settings = read(COMPARE)
     env, observation = make_world(settings.worlds["friction"], 3032, {})
-    agent = trundle.AdaptiveAgent(env, diagnose=True)
+    agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(diagnose=True))
     for step in range(84):
         action, _ = agent.predict(observation, episode_start=step == 0)
         observation = env.step(action)[0]
@@ -217,7 +217,7 @@ def test_the_oracle_tracks_the_angle_of_a_caster() -> None:
     observation, _ = env.reset(seed=2)
     source: Any = env.unwrapped
     model = trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
-    agent = trundle.AdaptiveAgent(env, model=model, adapt=False)
+    agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(adapt=False), model=model)
     for step in range(40):
         action, (belief,) = agent.predict(observation, episode_start=step == 0)
         observation = env.step(action)[0]
@@ -249,11 +249,11 @@ def test_a_wrench_is_transported_to_the_origin() -> None:
         ({"learner": "neural"}, "learner = 'neural': choose one of filter, shooting, linear, local"),
         ({"learner": "linear", "diagnose": True}, "a regression cannot be diagnosed"),
         ({"adapt": False, "probe": True}, "these need adapt = True"),
-        ({"curiosity": -1.0}, "curiosity"),
+        ({"planner": {"curiosity": -1.0}}, "curiosity"),
         ({"pushes": 0}, "pushes = 0"),
     ],
 )
 def test_invalid_arguments_are_refused(arguments: dict[str, Any], reason: str) -> None:
     env = gymnasium.make("trundle/LockedWheel-v0")
     with pytest.raises(trundle.TrundleError, match=reason):
-        trundle.AdaptiveAgent(env, **arguments)
+        trundle.AdaptiveAgent(env, trundle.AgentSettings(**arguments))

@@ -36,7 +36,12 @@ fn plan(c: &mut Criterion) {
         else {
             return;
         };
-        let task = PlanningTask { state: State::at_rest([0.0; 3]), goal, grasp: [-0.6, 0.0] };
+        let task = PlanningTask {
+            state: State::at_rest([0.0; 3]),
+            goal,
+            grasp: [-0.6, 0.0],
+            arm: Default::default(),
+        };
         let plants = [plant];
         let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(1).build() else { return };
         c.bench_function(&format!("1000 plans of 20 steps, {name}"), |b| {

@@ -19,7 +19,7 @@ use serde::Deserialize;
 use trundle_model::State;
 
 use crate::dynamics::Anchor;
-use crate::{ControlError, ObstacleMap};
+use crate::{CommandedArm, ControlError, ObstacleMap};
 
 /// Weights of the cost of a plan. The cost is in metre-seconds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -71,15 +71,17 @@ impl Default for Cost {
 /// Largest margin deficit: a penetration of one margin. Beyond it only the detour matters.
 const MAX_MARGIN_DEFICIT: f64 = 2.0;
 
-/// Initial state, goal and grasp of a plan.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Initial state, goal, grasp and arm of a plan.
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlanningTask {
-    /// Initial state, world axes.
+    /// State at the latest observation, world axes.
     pub state: State<f64>,
     /// Goal pose of the object frame in the world, m, m, rad.
     pub goal: [f64; 3],
     /// Position of the grasp, object frame, m.
     pub grasp: [f64; 2],
+    /// The arm at the latest observation.
+    pub arm: CommandedArm,
 }
 
 impl PlanningTask {

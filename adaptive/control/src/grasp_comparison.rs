@@ -22,7 +22,7 @@ impl Planner {
         let mut costs = Vec::with_capacity(grasps.len());
         for &grasp in grasps {
             let mut planner = Self::new(settings.clone(), self.seed())?;
-            let task = PlanningTask { grasp, ..*task };
+            let task = PlanningTask { grasp, ..task.clone() };
             match planner.plan(models, &task, obstacle_map) {
                 Ok(_) => costs.push(planner.cost(models, &task, obstacle_map)),
                 Err(ControlError::Diverged { .. }) => costs.push(f64::INFINITY),

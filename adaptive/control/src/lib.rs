@@ -3,6 +3,7 @@
 //! A [`Planner`] computes wrenches at the grasp that bring an object to a goal pose, by model predictive path integral
 //! control over fitted models ([`trundle_model::Plant`]). It does not use the simulated world.
 
+mod arm;
 mod cost;
 mod distance_field;
 mod dynamics;
@@ -16,6 +17,7 @@ mod sampling;
 mod settings;
 mod value_of_information;
 
+pub use arm::{ArmEstimate, ArmResponse, AxisResponse, CommandedArm};
 pub use cost::{Cost, PlanningTask};
 pub use dynamics::Dynamics;
 pub use error::ControlError;

@@ -71,7 +71,7 @@ impl Planner {
         if models.is_empty() {
             return Err(ControlError::value("models", 0, "give at least one"));
         }
-        let prepared = rollout_models(&self.settings, models);
+        let prepared = rollout_models(&self.settings, models, task);
         let mut scale = 1.0;
         for _ in 0..self.settings.iterations {
             self.sample(&prepared, task, obstacle_map, scale);
@@ -112,7 +112,13 @@ impl Planner {
 
     /// Cost of the current plan.
     pub fn cost<D: Dynamics>(&self, models: &[D], task: &PlanningTask, obstacle_map: &ObstacleMap) -> f64 {
-        plan_cost(&self.settings, &rollout_models(&self.settings, models), task, obstacle_map, &self.mean)
+        plan_cost(
+            &self.settings,
+            &rollout_models(&self.settings, models, task),
+            task,
+            obstacle_map,
+            &self.mean,
+        )
     }
 
     /// Replace the settings. Horizon and number of samples must stay the same.
@@ -160,7 +166,7 @@ impl Planner {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Cost;
+    use crate::{ArmResponse, AxisResponse, CommandedArm, Cost};
     use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, Precision, State, transport};
 
     fn table(mu: f64) -> Plant<f64> {
@@ -185,7 +191,12 @@ mod tests {
     }
 
     fn task() -> PlanningTask {
-        PlanningTask { state: State::at_rest([0.0; 3]), goal: [0.6, -0.5, 0.7], grasp: [-0.6, 0.0] }
+        PlanningTask {
+            state: State::at_rest([0.0; 3]),
+            goal: [0.6, -0.5, 0.7],
+            grasp: [-0.6, 0.0],
+            arm: Default::default(),
+        }
     }
 
     /// Control the plant for `seconds`, replanning every 50 ms.
@@ -209,6 +220,33 @@ mod tests {
         assert!((pose[0] - x).hypot(pose[1] - y) < 0.02, "{pose:?}");
         assert!((pose[2] - theta).abs() < 0.04, "{pose:?}");
         assert!(twist[0].hypot(twist[1]) < 0.05, "{twist:?}");
+    }
+
+    /// Distance to the goal after 5 s with an arm of this response, which `known` gives to the planner.
+    fn left_with_arm(known: bool) -> f64 {
+        let lag = AxisResponse::Lag { time_constant: 0.15 };
+        let response = ArmResponse { delay: 0.0, force: lag, torque: lag, turn: 0.0 };
+        let (plant, step, mut states) = (table(150.0), response.discretised(0.05), [[0.0; 2]; 3]);
+        let mut planner = Planner::new(settings(), 0).unwrap();
+        let mut task = task();
+        for _ in 0..100 {
+            if known {
+                task.arm = CommandedArm::moving(response, states);
+            }
+            let action = planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap()[0];
+            let exerted = step.advance(&mut states, action);
+            let applied = transport(exerted, [task.grasp[0], task.grasp[1], 0.0]);
+            task.state = plant.step(&task.state, applied, Clock::since_contact(0.0), 0.05);
+            planner.advance(0.05).unwrap();
+        }
+        let ([x, y, _], [gx, gy, _]) = (task.state.pose, task.goal);
+        (x - gx).hypot(y - gy)
+    }
+
+    #[test]
+    fn a_known_lag_is_compensated() {
+        let (known, unknown) = (left_with_arm(true), left_with_arm(false));
+        assert!(known < 0.02 && known < 0.5 * unknown, "{known} {unknown}");
     }
 
     /// Push a table to a goal behind a wall for `seconds`. Returns the final state and the smallest clearance.
@@ -345,7 +383,7 @@ mod tests {
         let second =
             planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap().to_vec();
         let plants = [plant.clone()];
-        let moving = rollout_models(&settings(), &plants);
+        let moving = rollout_models(&settings(), &plants, &task);
         let cost = |plan: &[[f64; 3]]| plan_cost(&settings(), &moving, &task, &ObstacleMap::empty(), plan);
         assert!(cost(&second) < cost(&first), "{} {}", cost(&second), cost(&first));
         planner.restart();

@@ -2,17 +2,22 @@
 
 use trundle_model::{Clock, LinearPropagator, State, transport};
 
+use crate::arm::{ArmStep, AxisStates};
 use crate::dynamics::Anchor;
 use crate::{Dynamics, ObstacleMap, PlanningTask, Settings};
 
 /// Largest step of a rollout, s.
 const MAX_STEP_S: f64 = 0.05;
 
-/// A model with its precomputed step, if it is linear.
+/// A model with its precomputed step, if it is linear, and the start of all rollouts.
 pub(crate) struct RolloutModel<'a, D> {
     model: &'a D,
     propagator: Option<LinearPropagator>,
     anchor: Anchor,
+    /// State when the first action of a plan takes effect.
+    start: State<f64>,
+    /// Step of the arm and its state at the start; `None` if the wrench is the command.
+    arm: Option<(ArmStep, AxisStates)>,
 }
 
 impl<D: Dynamics> RolloutModel<'_, D> {
@@ -31,16 +36,21 @@ fn substeps(settings: &Settings) -> (usize, f64) {
     (count as usize, settings.hold / count)
 }
 
-/// Models prepared for rollouts.
+/// Models prepared for the rollouts of a task.
 pub(crate) fn rollout_models<'a, D: Dynamics>(
     settings: &Settings,
     models: &'a [D],
+    task: &PlanningTask,
 ) -> Vec<RolloutModel<'a, D>> {
     let (_, dt) = substeps(settings);
-    models
-        .iter()
-        .map(|model| RolloutModel { model, propagator: model.linear_propagator(dt), anchor: model.anchor() })
-        .collect()
+    let response = task.arm.response();
+    let prepared = |model: &'a D| {
+        let mut start = task.state;
+        let states = task.arm.predict(model, task.grasp, &mut start);
+        let arm = response.has_dynamics().then(|| (response.discretised(dt), states));
+        RolloutModel { model, propagator: model.linear_propagator(dt), anchor: model.anchor(), start, arm }
+    };
+    models.iter().map(prepared).collect()
 }
 
 /// Mean cost of a plan, minus the curiosity bonus. Infinite if a motion is not finite.
@@ -101,13 +111,17 @@ fn rollout<D: Dynamics>(
     let (steps, dt) = substeps(settings);
     let [x, y] = task.grasp;
     let half_range = settings.half_range();
-    let mut state: State<f64> = task.state;
+    let mut state: State<f64> = model.start;
+    let mut arm = model.arm;
     let mut clock = Clock::since_contact(0.0);
     let mut sum = 0.0;
     for action in plan {
-        let applied = transport(*action, [x, y, 0.0]);
+        let mut applied = transport(*action, [x, y, 0.0]);
         let share = [0, 1, 2].map(|k| action[k] / half_range[k]);
         for _ in 0..steps {
+            if let Some((step, states)) = &mut arm {
+                applied = transport(step.advance(states, *action), [x, y, 0.0]);
+            }
             model.step(&mut state, &applied, clock, dt);
             clock.since_contact += dt;
             sum += dt * settings.cost.running_cost(&state, &task.goal, obstacle_map, share);

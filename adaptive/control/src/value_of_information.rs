@@ -53,7 +53,12 @@ mod tests {
     }
 
     fn task() -> PlanningTask {
-        PlanningTask { state: State::at_rest([0.0; 3]), goal: [0.6, -0.5, 0.7], grasp: [-0.6, 0.0] }
+        PlanningTask {
+            state: State::at_rest([0.0; 3]),
+            goal: [0.6, -0.5, 0.7],
+            grasp: [-0.6, 0.0],
+            arm: Default::default(),
+        }
     }
 
     fn planner(curiosity: f64) -> Planner {

@@ -32,17 +32,17 @@ effect = [{ kind = "coulomb_friction", at = "foot", force = [10.0, 30.0] }]
 [agents.oracle]
 title = "Oracle"
 kind = "oracle"
-settings = { samples = 8 }
+settings = { planner = { samples = 8 } }
 
 [agents.adaptive]
 title = "Adaptive"
 kind = "adaptive"
-settings = { samples = 8, starts = 1 }
+settings = { planner = { samples = 8 }, starts = 1 }
 
 [agents.fixed]
 title = "Fixed"
 kind = "adaptive"
-settings = { samples = 8, adapt = false }
+settings = { planner = { samples = 8 }, adapt = false }
 """
 
 

@@ -127,7 +127,7 @@ def test_more_worlds_are_added_to_existing_results(whole: Path, tmp_path: Path) 
 
 def test_only_a_changed_agent_is_played_again(whole: Path, tmp_path: Path) -> None:
     shutil.copytree(whole / "work", tmp_path / "work")
-    changed = TINY.replace("samples = 8, adapt = false", "samples = 9, adapt = false")
+    changed = TINY.replace("samples = 8 }, adapt = false", "samples = 9 }, adapt = false")
     assert compare(tmp_path, text=changed.replace('title = "Fixed"', 'title = "No adaptation"')) == 0
     assert len(kept(tmp_path)) == EPISODES + 5
     # The page cannot be redrawn from results of another agent with the same name.
@@ -200,7 +200,7 @@ def test_each_policy_file_is_a_run_identified_by_its_bytes(
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("samples = 8, starts = 1", "samples = 8, strats = 1", "adaptive in [worlds.table]"),
+        ("samples = 8 }, starts = 1", "samplse = 8 }, starts = 1", "adaptive in [worlds.table]"),
         ('"coulomb_friction"', '"coulomb_fiction"', "fixed in [worlds.rubbing]"),
         ('hidden = "locked"', 'hidden = "lokced"', "lokced"),
     ],

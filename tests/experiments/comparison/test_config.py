@@ -14,7 +14,7 @@ def test_a_file_is_read_in_its_order(tmp_path: Path) -> None:
     assert list(settings.worlds) == ["table", "rubbing"]
     assert list(settings.worlds["table"].seeds) == [70, 71, 72]
     assert settings.worlds["rubbing"].agents == ["fixed", "oracle"]
-    assert settings.agents["oracle"].settings == {"samples": 8}
+    assert settings.agents["oracle"].settings == {"planner": {"samples": 8}}
 
 
 @pytest.mark.parametrize(
@@ -34,13 +34,18 @@ def test_a_file_is_read_in_its_order(tmp_path: Path) -> None:
         ('kind = "oracle"', 'kind = "orcale"', "`agents.oracle.kind` = 'orcale'; it is one of"),
         ('kind = "oracle"', 'kind = "oracle"\nfiles = ["a.npz"]', "[agents.oracle] files"),
         ('kind = "oracle"', 'kind = "policy"\nfiles = ["a.npz"]', "[agents.oracle] settings"),
-        ("samples = 8", 'adapt = "no"', "`agents.oracle.settings.adapt` = 'no'; it is true or false"),
+        (
+            "planner = { samples = 8 }",
+            'adapt = "no"',
+            "`agents.oracle.settings.adapt` = 'no'; it is true or false",
+        ),
+        ("starts = 1", "strats = 1", "unknown key `agents.adaptive.settings.strats`; did you mean `starts`?"),
         ('[["adaptive", "fixed"]]', '[["adaptive"]]', "it needs 2"),
         ("horizon = 12 }\nfirst = 70", "horizon = 0 }\nfirst = 70", "an episode must end"),
-        ("samples = 8", 'model = "a.toml"', "model is not allowed"),
+        ("planner = { samples = 8 }", 'model = "a.toml"', "unknown key `agents.oracle.settings.model`"),
         (
-            "samples = 8 }",
-            "samples = 8 }\noptions = { horizon = 0 }",
+            "samples = 8 } }",
+            "samples = 8 } }\noptions = { horizon = 0 }",
             "`agents.oracle.options` = {'horizon': 0}",
         ),
         ('worlds = "table",', "", "`targets[0].worlds` is missing"),

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
-from trundle.agent import AdaptiveAgent
+from trundle.agent_settings import AgentSettings, read_agent_settings
 from trundle.rules import Count, EnvOptions, Natural, Positive, Rule, pattern
-from trundle.settings import SettingsError, check_argument_types, read_settings
+from trundle.settings import SettingsError, read_settings
 
 __all__ = ["Agent", "Settings", "Target", "Trial", "Worlds", "read"]
 
@@ -67,7 +67,7 @@ class Agent:
         `trundle.AdaptiveAgent` with the true model and without adaptation; the same with its own belief; or a
         policy of stable-baselines3.
     settings : dict
-        Arguments of `trundle.AdaptiveAgent`.
+        Fields of `trundle.AgentSettings`.
     files : list of str
         Files of a policy, one for each training run. Each run is evaluated in all worlds.
     options : dict
@@ -88,10 +88,13 @@ class Agent:
             raise SettingsError("files: required for a policy, not allowed for other agents")
         if self.kind == "policy" and self.settings:
             raise SettingsError(
-                "settings: not allowed for a policy; they are arguments of trundle.AdaptiveAgent"
+                "settings: not allowed for a policy; they are fields of trundle.AgentSettings"
             )
-        if "model" in self.settings:
-            raise SettingsError('settings: model is not allowed; kind = "oracle" uses the hidden model')
+
+    @property
+    def agent_settings(self) -> AgentSettings:
+        """Settings of an adaptive agent or an oracle."""
+        return AgentSettings(**self.settings)
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -201,5 +204,5 @@ def read(path: Path) -> Settings:
     """
     settings = read_settings(path, FORMAT, Settings)
     for name, agent in settings.agents.items():
-        check_argument_types(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
+        read_agent_settings(path, agent.settings, f"agents.{name}.settings")
     return settings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,14 +41,11 @@ def make_player(agent: Agent, run: int, env: Env) -> trundle.AdaptiveAgent | pol
                 f'{agent.files[run]} was trained with action = "{trained}", not "{source.mode}": see options'
             )
         return loaded
-    settings = dict(agent.settings)
+    settings, model = agent.agent_settings, None
     if agent.kind == "oracle":
         model = trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
-        settings |= {"model": model, "adapt": False}
-    try:
-        return trundle.AdaptiveAgent(env, **settings)
-    except TypeError as error:
-        raise TrundleError(f"settings = {agent.settings}: {error}") from error
+        settings = replace(settings, adapt=False)
+    return trundle.AdaptiveAgent(env, settings, model=model)
 
 
 def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:

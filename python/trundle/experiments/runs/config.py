@@ -9,8 +9,9 @@ from typing import Any, Literal
 import gymnasium as gym
 
 import trundle
+from trundle.agent_settings import AgentSettings, read_agent_settings
 from trundle.recording import TrundleError
-from trundle.settings import build_settings, check_argument_types, check_horizon, parse_format
+from trundle.settings import build_settings, check_horizon, parse_format
 
 __all__ = ["Settings", "read"]
 
@@ -34,7 +35,8 @@ class File:
     arguments : dict
         Of the environment.
     agent : dict
-        Arguments of `trundle.AdaptiveAgent`; `model` is a path relative to the file's folder.
+        Fields of `trundle.AgentSettings`, and `model`: path of the first model, relative to the file's
+        folder.
     """
 
     environment: str
@@ -57,15 +59,18 @@ class Settings(File):
         """The agent's initial model; None for the default one."""
         return trundle.Model.read(self.folder / self.agent["model"]) if "model" in self.agent else None
 
+    @property
+    def agent_settings(self) -> AgentSettings:
+        """The agent's settings."""
+        return AgentSettings(**{key: value for key, value in self.agent.items() if key != "model"})
+
     def begin(self, number: int) -> tuple[gym.Env[Any, Any], trundle.AdaptiveAgent]:
         """Return the environment and the agent of an episode; `play` resets it with `seed + number`."""
-        where = f"[arguments] of {self.environment}"
         try:
             env = gym.make(self.environment, **self.arguments)
-            where = "[agent]"
-            return env, trundle.AdaptiveAgent(env, **{**self.agent, "model": self.model})
         except TypeError as error:
-            raise TrundleError(f"{where}: {error}") from None
+            raise TrundleError(f"[arguments] of {self.environment}: {error}") from None
+        return env, trundle.AdaptiveAgent(env, self.agent_settings, model=self.model)
 
     def plain(self) -> dict[str, Any]:
         """Return everything that the result depends on, as plain values."""
@@ -92,7 +97,11 @@ def read(path: Path) -> Settings:
     if file.episodes < 1:
         raise TrundleError(f"{path}: episodes = {file.episodes}: give at least one")
     check_horizon(path, file.arguments, "arguments")
-    check_argument_types(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
+    fields_of_agent = dict(file.agent)
+    model = fields_of_agent.pop("model", "")
+    if not isinstance(model, str):
+        raise TrundleError(f"{path}: `agent.model` = {model!r}; it is a string")
+    read_agent_settings(path, fields_of_agent, "agent")
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
     # The agent decides once without rendering, so that errors appear before anything is written.
     env = None
