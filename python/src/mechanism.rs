@@ -201,7 +201,10 @@ fn dynamics_of(dict: &Bound<'_, PyDict>, motion: &Motion) -> PyResult<Dynamics> 
         frictionloss: item(dict, "frictionloss")?.extract()?,
         gravity: item(dict, "gravity")?.extract()?,
         is_hinge: item(dict, "is_hinge")?.extract()?,
-        simulator: dict.get_item("simulator")?.map(|dict| simulator_of(dict.cast::<PyDict>()?)).transpose()?,
+        simulator: dict
+            .get_item("simulator")?
+            .map(|dict| simulator_of(dict.cast::<PyDict>()?))
+            .transpose()?,
         episodes: vec![],
     };
     let parameters = dynamics.simulator.as_ref().map_or(0, |simulator| simulator.parameters.len());

@@ -132,7 +132,7 @@ class _Simulation:
             viscous = damping + more
         inertia = matrix + np.diag(self.armature + dt * viscous)
         driven = matrix @ free + added - viscous * v
-        inverse: Floats = np.linalg.inv(inertia)
+        inverse = np.asarray(np.linalg.inv(inertia), dtype=np.float64)
         self.acceleration = with_dry_friction(inverse, driven, dry, v, dt)
         self.state = self.call(t, dt, total + matrix @ (self.acceleration - free))
 

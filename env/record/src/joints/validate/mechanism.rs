@@ -88,8 +88,8 @@ fn check_without_axis(
 
 fn check_types(types: &PerJoint<Axis>, joints: &[String]) -> Result<(), Error> {
     let known = joints.join(", ");
-    let named = types.entries().into_iter().filter_map(|(joint, _)| joint);
-    if let Some(unknown) = named.into_iter().find(|name| joints.iter().all(|joint| joint != name)) {
+    let mut named = types.entries().into_iter().filter_map(|(joint, _)| joint);
+    if let Some(unknown) = named.find(|name| joints.iter().all(|joint| joint != name)) {
         let value = format!("{unknown:?} (the recorded joints are {known})");
         let remedy = "use a name of joints";
         return refuse("mechanism.types", value, "does not name a recorded joint", remedy);
