@@ -121,6 +121,17 @@ def test_values_are_tested_if_they_are_numbers_and_the_catalogue_replaces_free_p
     assert sorted(fixed.missing) == ["joint_viscous_friction:elbow", "joint_viscous_friction:shoulder"]
 
 
+def test_a_parameter_in_which_efforts_are_not_linear_is_expanded_again() -> None:
+    def step(state: Floats, effort: Floats, dt: float, values: dict[str, float]) -> Floats:
+        return arm.step(state, effort, dt, {**arm.VALUES, "fore_mass": values["root"] ** 2})
+
+    clean = arm.recording(0.0, 4.0, held_out=())
+    found = trundle.diagnose(clean, step=step, parameters={"root": (0.5, 0.1, 2.0)}, vectorized=True)
+    assert found.missing == []
+    root = found.answer["nominal"]["after"]["root"]["mean"]
+    assert root == pytest.approx(arm.VALUES["fore_mass"] ** 0.5, rel=5e-3)
+
+
 def test_the_forward_simulation_holds_a_joint_by_dry_friction() -> None:
     simulator, samples, _ = evaluated(arm.step, vectorized=False)
     scale = effort_scale(simulator, samples, *motion(), arm.VALUES)
