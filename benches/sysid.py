@@ -292,6 +292,9 @@ def main() -> None:
     if options.resident:
         print(fit_memory_mb(options.resident))
         return
+    if not hasattr(sysid, "optimize"):
+        # Without the packages of the extra, the module imports but is empty.
+        parser.exit(1, 'the toolbox is incomplete: pip install "mujoco[sysid]"\n')
     compare(options.seed, options.starts, options.turns)
     print_memory()
 

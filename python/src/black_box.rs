@@ -22,14 +22,14 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// A parameter of the simulator as a Python dictionary.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct PyParameter {
-    name: String,
-    start: f64,
-    lower: f64,
-    upper: f64,
+pub(crate) struct PyParameter {
+    pub name: String,
+    pub start: f64,
+    pub lower: f64,
+    pub upper: f64,
     /// Prior standard deviation in the unit of the parameter; `None` for a wide prior.
-    sd: Option<f64>,
-    unit: String,
+    pub sd: Option<f64>,
+    pub unit: String,
 }
 
 impl PyParameter {
@@ -56,10 +56,13 @@ impl PyParameter {
 /// Prior standard deviation of the logarithm of a positive parameter without `sd` and bounds.
 const WIDE_LOG_SD: f64 = 1.5;
 
-/// The unit as a static string of the catalogue; empty if the catalogue does not use it.
-fn unit(text: &str) -> &'static str {
+/// Units of parameters that the catalogue does not use.
+const OTHER_UNITS: &str = "kg kg·m kg·m² N N·m N·s/m N·m·s/rad N/m N·m/rad m m/s² rad s Hz";
+
+/// The unit as a static string of the catalogue; empty if it is not known.
+pub(crate) fn unit(text: &str) -> &'static str {
     let known = catalogue().flat_map(|spec| spec.params).map(|param| param.unit);
-    known.chain(["kg", "kg·m²", "N·m·s/rad", "s", "Hz"]).find(|unit| *unit == text).unwrap_or("")
+    known.chain(OTHER_UNITS.split(' ')).find(|unit| *unit == text).unwrap_or("")
 }
 
 /// A Python callable as a black-box simulator.

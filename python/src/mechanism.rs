@@ -8,10 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trundle_infer::Stage;
 use trundle_mechanism::{
-    Dynamics, EpisodeDynamics, FittedMechanism, JointOutcome, JointSample, Kind, Motion, Problem, Spec,
-    catalogue, diagnose_joints, motion,
+    Dynamics, EpisodeDynamics, FittedMechanism, JointOutcome, JointSample, Kind, Motion, Problem,
+    SimulatorParameter, SimulatorSetup, Spec, catalogue, diagnose_joints, motion,
 };
 
+use crate::black_box::{PyParameter, unit};
 use crate::error::{refused, run};
 use crate::plain::plain;
 use crate::record::joint_recording_of;
@@ -74,7 +75,8 @@ fn _joint_motion<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDi
     Ok(dict)
 }
 
-/// Diagnose a recording of joints; see `trundle.diagnose`. `dynamics` is what MuJoCo computed along the motion.
+/// Diagnose a recording of joints; see `trundle.diagnose`. `dynamics` is what MuJoCo or the user's simulator computed along
+/// the motion.
 #[pyfunction]
 #[pyo3(signature = (recording, dynamics=None, *, without=vec![], progress=None))]
 fn _diagnose_joints(
@@ -199,17 +201,49 @@ fn dynamics_of(dict: &Bound<'_, PyDict>, motion: &Motion) -> PyResult<Dynamics> 
         frictionloss: item(dict, "frictionloss")?.extract()?,
         gravity: item(dict, "gravity")?.extract()?,
         is_hinge: item(dict, "is_hinge")?.extract()?,
+        simulator: dict
+            .get_item("simulator")?
+            .map(|dict| simulator_of(dict.cast::<PyDict>()?))
+            .transpose()?,
         episodes: vec![],
     };
+    let parameters = dynamics.simulator.as_ref().map_or(0, |simulator| simulator.parameters.len());
     let episodes = item(dict, "episodes")?;
     for episode in &motion.episodes {
         let own = episodes.get_item(&episode.name)?;
-        dynamics.episodes.push(episode_of(own.cast::<PyDict>()?, motion.joints.len(), &dynamics.bodies)?);
+        let sizes = [motion.joints.len(), dynamics.bodies.len(), parameters];
+        dynamics.episodes.push(episode_of(own.cast::<PyDict>()?, sizes)?);
     }
     Ok(dynamics)
 }
 
-fn episode_of(dict: &Bound<'_, PyDict>, joints: usize, bodies: &[String]) -> PyResult<EpisodeDynamics> {
+/// Prior standard deviation of a parameter without `sd` and bounds, as a multiple of its starting value.
+const WIDE_SD: f64 = 10.0;
+
+fn simulator_of(dict: &Bound<'_, PyDict>) -> PyResult<SimulatorSetup> {
+    let parameters: Vec<PyParameter> = item(dict, "parameters")?.extract()?;
+    let references: Vec<f64> = item(dict, "references")?.extract()?;
+    if references.len() != parameters.len() {
+        return Err(refused("dynamics: `references` needs one value for each parameter".to_owned()));
+    }
+    let parameter = |(given, reference): (PyParameter, f64)| {
+        let range = given.upper - given.lower;
+        let wide = if range.is_finite() { range } else { WIDE_SD * given.start.abs() };
+        SimulatorParameter {
+            unit: unit(&given.unit),
+            name: given.name,
+            start: given.start,
+            reference,
+            bounds: [given.lower, given.upper],
+            sd: given.sd.unwrap_or(wide),
+        }
+    };
+    let parameters = parameters.into_iter().zip(references).map(parameter).collect();
+    Ok(SimulatorSetup { parameters, is_given: item(dict, "is_given")?.extract()? })
+}
+
+/// The dynamics of an episode for numbers of joints, bodies and parameters.
+fn episode_of(dict: &Bound<'_, PyDict>, [n, b, p]: [usize; 3]) -> PyResult<EpisodeDynamics> {
     let array = |key: &str| -> PyResult<PyReadonlyArrayDyn<'_, f64>> {
         item(dict, key)?.extract().map_err(|_| refused(format!("dynamics: `{key}` is no array of float64")))
     };
@@ -221,13 +255,13 @@ fn episode_of(dict: &Bound<'_, PyDict>, joints: usize, bodies: &[String]) -> PyR
         }
         Ok(found)
     };
-    let (n, b) = (joints, bodies.len());
     let effort = shaped("effort", &[n])?;
     let own_inertia = shaped("own_inertia", &[n])?;
     let mass = shaped("mass", &[n, b])?;
     let gravity = shaped("gravity", &[n, 3])?;
     let payload = shaped("payload", &[n, b, 10])?;
     let position = shaped("position", &[n, n])?;
+    let by_parameter = if p > 0 { Some(shaped("parameter", &[n, p])?) } else { None };
     let (mass, gravity) = (mass.as_array(), gravity.as_array());
     let (payload, position) = (payload.as_array(), position.as_array());
     Ok(EpisodeDynamics {
@@ -248,6 +282,9 @@ fn episode_of(dict: &Bound<'_, PyDict>, joints: usize, bodies: &[String]) -> PyR
                 (0..n).map(of).collect()
             })
             .collect(),
+        by_parameter: by_parameter.map_or(vec![], |parameter| {
+            (0..n).map(|j| (0..p).map(|k| column(parameter.as_array(), &[j, k])).collect()).collect()
+        }),
     })
 }
 

@@ -114,6 +114,7 @@ def diagnose(
     mjcf: PathLike | None = ...,
     step: Step | None = ...,
     parameters: Parameters | None = ...,
+    vectorized: bool = ...,
     seed: int = ...,
     without: Sequence[str] = ...,
     wrench_pose: Literal["own_time", "latest"] = ...,
@@ -129,6 +130,7 @@ def diagnose(
     mjcf: PathLike | None = ...,
     step: Step | None = ...,
     parameters: Parameters | None = ...,
+    vectorized: bool = ...,
     seed: int = ...,
     without: Sequence[str] = ...,
     wrench_pose: Literal["own_time", "latest"] = ...,
@@ -144,6 +146,7 @@ def diagnose(
     mjcf: PathLike | None = ...,
     step: Step | None = ...,
     parameters: Parameters | None = ...,
+    vectorized: bool = ...,
     seed: int = ...,
     without: Sequence[str] = ...,
     wrench_pose: Literal["own_time", "latest"] = ...,
@@ -158,6 +161,7 @@ def diagnose(
     mjcf: PathLike | None = None,
     step: Step | None = None,
     parameters: Parameters | None = None,
+    vectorized: bool = False,
     seed: int = 0,
     without: Sequence[str] = (),
     wrench_pose: Literal["own_time", "latest"] = "own_time",
@@ -170,7 +174,8 @@ def diagnose(
     Parameters
     ----------
     recording : Recording, JointRecording or path
-        With ``mjcf`` also a CSV log of joints with the columns of a recording: see docs/mechanisms.md.
+        With ``mjcf`` or ``step`` also a CSV log of joints with the columns of a recording: see
+        docs/mechanisms.md.
     model : Model or path, optional
         The simulation under test: its effects, and any values. By default the paper's model. Recordings of
         joints name their own model.
@@ -181,11 +186,15 @@ def diagnose(
         after ``dt`` seconds. States are pose and twist ``[x, y, theta, vx, vy, omega]`` of the origin of the
         object frame in the world. The wrench ``[fx, fy, tau]`` is in object axes about that origin and
         includes the wrench of any effect under test. ``values`` contains every parameter by name. The
-        function must be deterministic. See docs/your-simulator.md.
+        function must be deterministic. See docs/your-simulator.md. For a recording of n joints,
+        ``step(state, effort, dt, values)``: states are positions, then velocities, in the order of the
+        recorded joints; efforts act on the joints, N·m or N. See docs/mechanisms.md.
     parameters : mapping, optional
         Parameters of that simulator by name: a positive number (with a wide prior), ``(start, lower,
         upper)``, or a dict with ``start`` and any of ``lower``, ``upper``, ``sd`` and ``unit``. If all are
-        plain numbers, the diagnosis also tests these values.
+        plain numbers, the diagnosis also tests these values. Optional for recordings of joints.
+    vectorized : bool
+        For recordings of joints: whether ``step`` takes states (B, 2n) and efforts (B, n).
     seed : int
         Random seed. The same input and seed give the same bytes.
     without : sequence of str, optional
@@ -212,8 +221,8 @@ def diagnose(
     TrundleError
         If units, sign, axes or clocks of the recording are certainly wrong (see `trundle.check`), there is
         not enough data, or the model does not fit the object. With ``step``, if it raises an exception or
-        returns anything but six finite numbers: the message names the episode, the time, the state and the
-        values, and the exception is the cause.
+        returns anything but finite numbers of the right shape: the message names the episode, the time, the
+        state and the values, and the exception is the cause.
 
     Examples
     --------
@@ -224,16 +233,23 @@ def diagnose(
     'diagnosis'
     """
     if not isinstance(recording, Recording):
-        joints = open_joints(recording, mjcf)
+        joints = open_joints(recording, mjcf, has_simulator=step is not None)
         if joints is not None:
-            if model is not None or step is not None or parameters is not None:
+            if model is not None:
                 raise TrundleError(
-                    f"{name_of(recording)}: `model`, `step` and `parameters` are for pushed objects; "
-                    "give the MJCF or URDF file of a mechanism as `mjcf`"
+                    f"{name_of(recording)}: `model` is for pushed objects; give the MJCF or URDF file of a "
+                    "mechanism as `mjcf`, or your simulator as `step`"
                 )
+            if step is not None and mjcf is not None:
+                raise TrundleError("step: is the simulation under test; remove `mjcf`")
+            if step is None and (parameters is not None or vectorized):
+                raise TrundleError("parameters, vectorized: need `step`")
             return diagnose_joints(
                 joints,
                 mjcf,
+                step=step,
+                parameters=parameters,
+                vectorized=vectorized,
                 without=check_effect_names(without, _native._joint_effects()),
                 check=check,
                 progress=progress,
@@ -243,6 +259,8 @@ def diagnose(
         recording = cast("Recording | PathLike", recording)
     if mjcf is not None:
         raise TrundleError(f"{name_of(recording)}: `mjcf` is for recordings of joints; remove it")
+    if vectorized:
+        raise TrundleError(f"{name_of(recording)}: `vectorized` is for recordings of joints; remove it")
     warnings = require_usable(recording) if check else []
     if step is not None:
         if model is not None or without:

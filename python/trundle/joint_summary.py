@@ -155,9 +155,16 @@ class JointSummary(Displayed):
         )
         return Table(heads, [_row(one, joint) for one in self.episodes for joint in one.joints])
 
+    @property
+    def mechanism(self) -> str:
+        """The model, or that there is none."""
+        if self.model:
+            return f"model {self.model}"
+        return "one axis, no model" if len(self.joints) == 1 else "no model"
+
     def _card(self) -> Card:
         facts = [
-            ("mechanism", f"model {self.model}" if self.model else "one axis, no model"),
+            ("mechanism", self.mechanism),
             ("noise", ", ".join(format_noise(joint) for joint in self.joints)),
         ]
         return Card(f"trundle.JointSummary {self.name!r}", facts, self.table)

@@ -18,8 +18,15 @@ pub(crate) fn needed(
         sum.iter_mut().zip(series).for_each(|(sum, x)| *sum += factor * x);
     };
     for (slot, value) in slots.iter().zip(values) {
-        if let Role::Nominal(Nominal::Mass(body)) = slot.role {
-            add(&dynamics.by_mass[j][body], value - problem.bodies[body].1);
+        match slot.role {
+            Role::Nominal(Nominal::Mass(body)) => {
+                add(&dynamics.by_mass[j][body], value - problem.bodies[body].1);
+            }
+            Role::Nominal(Nominal::Parameter(k)) => {
+                let reference = problem.simulator.as_ref().map_or(0.0, |s| s.parameters[k].reference);
+                add(&dynamics.by_parameter[j][k], value - reference);
+            }
+            _ => {}
         }
     }
     for effect in with_values(effects, slots, values) {
@@ -59,6 +66,7 @@ pub(crate) fn slope(
     };
     match slot.role {
         Role::Nominal(Nominal::Mass(body)) => add(&dynamics.by_mass[j][body], 1.0),
+        Role::Nominal(Nominal::Parameter(k)) => add(&dynamics.by_parameter[j][k], 1.0),
         Role::Nominal(_) => {}
         Role::Effect(index, param) => {
             let all = with_values(effects, slots, values);

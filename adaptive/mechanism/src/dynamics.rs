@@ -1,5 +1,7 @@
 //! What the nominal mechanism needs along the measured motion: efforts, and their derivatives.
 
+use crate::simulator::SimulatorSetup;
+
 /// Dynamics along one episode. The outer index is the joint, the last index is the time.
 #[derive(Clone, Debug, Default)]
 pub struct EpisodeDynamics {
@@ -16,9 +18,11 @@ pub struct EpisodeDynamics {
     pub by_payload: Vec<Vec<[Vec<f64>; 10]>>,
     /// First and second derivative of the effort by the position of another joint: by joint, then by the other joint.
     pub by_offset: Vec<Vec<[Vec<f64>; 2]>>,
+    /// Derivative of the effort by each parameter of the user's own simulator: by joint, then by parameter.
+    pub by_parameter: Vec<Vec<Vec<f64>>>,
 }
 
-/// A mechanism from a model file: what MuJoCo computed for it.
+/// A mechanism from a model file or the user's own simulator: what either computed along the motion.
 #[derive(Clone, Debug, Default)]
 pub struct Dynamics {
     /// Bodies whose mass may be refitted or loaded.
@@ -35,6 +39,8 @@ pub struct Dynamics {
     pub gravity: [f64; 3],
     /// Whether each joint is a hinge.
     pub is_hinge: Vec<bool>,
+    /// The user's own simulator; `None` for a model file.
+    pub simulator: Option<SimulatorSetup>,
     /// One entry for each episode of the recording.
     pub episodes: Vec<EpisodeDynamics>,
 }

@@ -77,7 +77,7 @@ impl<T: Real> JointModel<T> {
                 Role::Nominal(Nominal::DriveDamping) => model.drive_damping = Some(found),
                 Role::Nominal(Nominal::BackEmf) => model.back_emf = found,
                 Role::Nominal(Nominal::Timing) => model.timing = Some(found),
-                Role::Nominal(Nominal::Mass(_)) => {}
+                Role::Nominal(Nominal::Mass(_) | Nominal::Parameter(_)) => {}
                 Role::Effect(effect, param) => values[effect][param] = found,
             }
         }

@@ -99,6 +99,8 @@ impl Kind {
         }
         if problem.axis.is_none() {
             all.extend((0..problem.bodies.len()).map(Self::Payload));
+        }
+        if problem.axis.is_none() && problem.simulator.is_none() {
             all.push(Self::BaseTilt);
         }
         all
@@ -169,6 +171,8 @@ pub(crate) enum Nominal {
     Timing,
     /// Mass of a body.
     Mass(usize),
+    /// Parameter of the user's own simulator.
+    Parameter(usize),
 }
 
 /// What a slot belongs to.
@@ -212,6 +216,17 @@ pub(crate) fn slots(problem: &Problem, effects: &[Effect]) -> Vec<Slot> {
                 prior: [*mass, MASS_SD * mass],
             });
         }
+    }
+    for (k, parameter) in problem.simulator.iter().flat_map(|s| &s.parameters).enumerate() {
+        found.push(Slot {
+            name: parameter.name.clone(),
+            unit: Unit::Stated(parameter.unit),
+            joint: None,
+            role: Role::Nominal(Nominal::Parameter(k)),
+            start: parameter.start,
+            bounds: parameter.bounds,
+            prior: [parameter.start, parameter.sd],
+        });
     }
     for (k, effect) in effects.iter().enumerate() {
         for (i, param) in effect.kind.params().iter().enumerate() {

@@ -7,6 +7,7 @@ use crate::kernel::Kernel;
 use crate::laws::JointScales;
 use crate::motion::{EpisodeMotion, Motion};
 use crate::series::Series;
+use crate::simulator::SimulatorSetup;
 use crate::units::EffortUnit;
 use trundle_record::{Axis, EncoderSide, JointRecording};
 
@@ -82,6 +83,8 @@ pub struct Problem {
     pub joints: Vec<JointSetup>,
     /// The axis, if there is no model.
     pub axis: Option<AxisSetup>,
+    /// The user's own simulator, if it is the mechanism under test.
+    pub simulator: Option<SimulatorSetup>,
     /// Bodies of the model with their masses, kg.
     pub bodies: Vec<(String, f64)>,
     /// Armature, damping and dry friction of each joint in the model.
@@ -110,6 +113,14 @@ impl Problem {
         dynamics: Option<&Dynamics>,
     ) -> Result<Self, MechanismError> {
         let meta = &recording.metadata;
+        let simulator = dynamics.and_then(|d| d.simulator.clone());
+        if dynamics.is_none() && meta.mechanism.types.is_some() {
+            return Err(MechanismError::Unsuitable {
+                recording: meta.name.clone(),
+                reason: "has joints without a model".to_owned(),
+                remedy: "give a simulator as `step`, or an MJCF or URDF file as `mjcf`".to_owned(),
+            });
+        }
         let drives: Vec<Drive> =
             motion.joints.iter().map(|joint| Drive::of(recording, joint)).collect::<Result<_, _>>()?;
         let mut episodes = vec![];
@@ -126,13 +137,15 @@ impl Problem {
             name: meta.name.clone(),
             joints: vec![],
             axis,
+            // Only the parameters of a simulator are refitted.
+            free: simulator.as_ref().map(|_| vec![]).or_else(|| meta.mechanism.free.clone()),
+            simulator,
             bodies: dynamics
                 .map_or(vec![], |d| d.bodies.iter().cloned().zip(d.masses.iter().copied()).collect()),
             of_model: dynamics.map_or(vec![[0.0; 3]; motion.joints.len()], |d| {
                 (0..motion.joints.len()).map(|j| [d.armature[j], d.damping[j], d.frictionloss[j]]).collect()
             }),
             gravity: dynamics.map_or([0.0; 3], |d| d.gravity),
-            free: meta.mechanism.free.clone(),
             effort_unit: EffortUnit::Newton,
             bandwidth: motion.bandwidth,
             imposed: meta.mechanism.imposed,
@@ -294,15 +307,20 @@ fn checked(
     if per_joint.iter().chain(&[own.effort.len(), own.own_inertia.len()]).any(|n| *n != joints) {
         return Err(problem("the number of joints differs from the recording's"));
     }
+    let by_parameter = own.by_parameter.iter().flatten();
     let by_body = own.by_mass.iter().flatten().chain(own.by_payload.iter().flatten().flatten());
     let others = own.by_gravity.iter().flatten().chain(own.by_offset.iter().flatten().flatten());
-    if !own.effort.iter().chain(&own.own_inertia).chain(by_body).chain(others).all(fits) {
+    if !own.effort.iter().chain(&own.own_inertia).chain(by_body).chain(others).chain(by_parameter).all(fits) {
         return Err(problem(
             "an array has another length than the motion, or contains a value that is not finite",
         ));
     }
     if own.by_mass.len() != joints || own.by_mass.iter().any(|bodies| bodies.len() != all.masses.len()) {
         return Err(problem("`by_mass` needs one array for each joint and body"));
+    }
+    let count = all.simulator.as_ref().map_or(0, |simulator| simulator.parameters.len());
+    if count > 0 && (own.by_parameter.len() != joints || own.by_parameter.iter().any(|p| p.len() != count)) {
+        return Err(problem("`by_parameter` needs one array for each joint and parameter"));
     }
     Ok(own.clone())
 }

@@ -73,7 +73,7 @@ fn require_samples(problem: &Problem) -> Result<(), MechanismError> {
 
 /// Whether the values of the model predict left-out parts as well as the refitted ones; `None` if none are given.
 fn given_values_suffice(problem: &Problem, base: &Tried, searcher: &Searcher<'_>) -> Option<bool> {
-    if problem.axis.is_some() {
+    if problem.axis.is_some() || problem.simulator.as_ref().is_some_and(|simulator| !simulator.is_given) {
         return None;
     }
     let fixed = fit(problem, &[], None, Scope::Training, 0);
@@ -374,6 +374,10 @@ fn given(problem: &Problem) -> BTreeMap<String, f64> {
     if let Some(axis) = problem.axis {
         let known = [("inertia", axis.inertia), ("gravity_torque", axis.gravity_torque)];
         return known.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect();
+    }
+    if let Some(simulator) = &problem.simulator {
+        let parameters = simulator.parameters.iter().filter(|_| simulator.is_given);
+        return parameters.map(|p| (p.name.clone(), p.start)).collect();
     }
     let bodies = problem.bodies.iter().map(|(body, mass)| (format!("mass:{body}"), *mass));
     let joints = problem.joints.iter().zip(&problem.of_model).flat_map(|(joint, [armature, damping, _])| {

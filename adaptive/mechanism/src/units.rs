@@ -29,6 +29,8 @@ pub enum Unit {
     PerLoad,
     /// No unit.
     One,
+    /// As stated for a parameter of a simulator.
+    Stated(&'static str),
 }
 
 /// What an effort is measured in.
@@ -70,6 +72,7 @@ impl Unit {
             (Self::Length, _) => "m",
             (Self::Angle, _) => "rad",
             (Self::One, _) => "1",
+            (Self::Stated(unit), _) => unit,
             (Self::Effort, Newton) => {
                 if is_hinge {
                     "N·m"

@@ -31,9 +31,11 @@ def recording_card(recording: Any) -> Card:
 def joint_recording_card(recording: Any) -> Card:
     """Return the card of a recording of joints."""
     mechanism, episodes = recording.metadata["mechanism"], recording.values()
-    kind = (
-        f"model {mechanism['model']}" if "model" in mechanism else f"one {mechanism['axis']} axis, no model"
-    )
+    kind = "joints of a black-box simulator"
+    if "model" in mechanism:
+        kind = f"model {mechanism['model']}"
+    elif "axis" in mechanism:
+        kind = f"one {mechanism['axis']} axis, no model"
     facts = [("mechanism", kind), *_split(episodes)]
     streams = {joint: ", ".join(found) for joint, found in episodes[0].streams.items()}
     rows = [(joint, found) for joint, found in streams.items()]

@@ -8,12 +8,16 @@ from typing import Any
 
 from trundle import _native
 from trundle._native import JointRecording, TrundleError
-from trundle._types import JointAnswer
+from trundle._types import JointAnswer, JointMotion
+from trundle.black_box import Parameters, parse_parameters
 from trundle.input_checks import require_usable
 from trundle.joint_diagnosis.held_out import Path, axis_paths, fill_position_figures, mechanism_paths
-from trundle.joint_diagnosis.mechanisms import EpisodeMechanisms, dynamics_of, load_mechanisms
+from trundle.joint_diagnosis.mechanisms import load_mechanisms
 from trundle.joint_diagnosis.model_file import build_model
 from trundle.joint_diagnosis.result import JointDiagnosis
+from trundle.joint_diagnosis.simulators import SimulatorUnderTest
+from trundle.joint_diagnosis.under_test import MechanismUnderTest, Report
+from trundle.joint_simulator import JointSimulator, JointStep
 from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs
 
@@ -29,6 +33,9 @@ def diagnose_joints(
     recording: JointRecording,
     mjcf: str | os.PathLike[str] | None = None,
     *,
+    step: JointStep | None = None,
+    parameters: Parameters | None = None,
+    vectorized: bool = False,
     without: Sequence[str] = (),
     check: bool = True,
     progress: ProgressOption = None,
@@ -43,51 +50,107 @@ def diagnose_joints(
     with report_progress(progress, "diagnose") as option:
         report = option or (lambda stage, share: None)
         motion = _native._joint_motion(recording)
-        mechanisms = None
-        has_model = mjcf is not None or "model" in recording.metadata["mechanism"]
-        if mjcf is not None and "axis" in recording.metadata["mechanism"]:
-            raise TrundleError(
-                f"{recording.name}: [mechanism] has an axis without a model; replace `axis` by "
-                'model = "robot.xml", or remove the MJCF file'
-            )
-        if has_model:
-            report("mechanism", 0.0)
-            mechanisms = load_mechanisms(recording, motion, mjcf)
-        dynamics = None if mechanisms is None else dynamics_of(mechanisms, motion)
-        start = DYNAMICS_SHARE if dynamics else 0.0
-        outcome = _native._diagnose_joints(
-            recording,
-            dynamics,
-            without=list(without),
-            progress=lambda stage, share: report(stage, start + (SEARCH_SHARE - start) * share),
-        )
+        under_test: MechanismUnderTest | None
+        if step is None:
+            under_test = _model_under_test(recording, motion, mjcf, report)
+        else:
+            described, is_given = ([], False) if parameters is None else parse_parameters(parameters)
+            simulator = JointSimulator(step, motion["joints"], vectorized=vectorized)
+            under_test = SimulatorUnderTest(recording, simulator, described, is_given=is_given)
+        outcome = _search(recording, motion, under_test, without, report)
         answer = outcome.answer
-        paths = _predictions(recording, motion, mechanisms, outcome, answer)
-        own = mechanisms.warnings if mechanisms else []
+        paths = _predictions(recording, motion, under_test, outcome, answer)
+        own = under_test.warnings if under_test else []
         answer["warnings"] = [*warnings, *own, *answer["warnings"]]
         report("report", 1.0)
     from trundle.joint_diagnosis.report import render_joints  # takes long to import
 
+    model = build_model(_table(recording, mjcf, under_test, step), outcome.models[1], answer)
+    by_hand = f"trundle diagnose {recording.name if source is None else os.fspath(source)}"
+    command = command or (by_hand if step is None else "trundle.diagnose(..., step=...)")
+    fingerprints = inputs(recording=source, mjcf=mjcf)
+    page = render_joints(answer, recording, motion, outcome, under_test, paths, command, fingerprints)
+    return JointDiagnosis(answer, model, page, paths)
+
+
+def _model_under_test(
+    recording: JointRecording,
+    motion: JointMotion,
+    mjcf: str | os.PathLike[str] | None,
+    report: Report,
+) -> MechanismUnderTest | None:
+    """Return the model of a recording, or None for an axis without one."""
+    table = recording.metadata["mechanism"]
+    if mjcf is not None and "axis" in table:
+        raise TrundleError(
+            f"{recording.name}: [mechanism] has an axis without a model; replace `axis` by "
+            'model = "robot.xml", or remove the MJCF file'
+        )
+    if mjcf is None and "model" not in table:
+        return None
+    report("mechanism", 0.0)
+    return load_mechanisms(recording, motion, mjcf)
+
+
+def _search(
+    recording: JointRecording,
+    motion: JointMotion,
+    under_test: MechanismUnderTest | None,
+    without: Sequence[str],
+    report: Report,
+) -> _native._JointOutcome:
+    """Search for missing effects, again if efforts are not linear in the parameters of a simulator."""
+    start = DYNAMICS_SHARE if under_test else 0.0
+    done = 0.0
+
+    def forward(stage: str, share: float) -> None:
+        nonlocal done
+        done = max(done, share)
+        report(stage, done)
+
+    while True:
+        dynamics = None
+        if under_test is not None:
+            dynamics = under_test.dynamics(
+                motion, lambda stage, share: forward(stage, DYNAMICS_SHARE * share)
+            )
+        outcome = _native._diagnose_joints(
+            recording,
+            dynamics,
+            without=list(without),
+            progress=lambda stage, share: forward(stage, start + (SEARCH_SHARE - start) * share),
+        )
+        if under_test is None or not under_test.expand_again(motion, outcome):
+            return outcome
+
+
+def _table(
+    recording: JointRecording,
+    mjcf: str | os.PathLike[str] | None,
+    under_test: MechanismUnderTest | None,
+    step: JointStep | None,
+) -> dict[str, Any]:
+    """Return the table `[mechanism]` of the fitted model."""
+    if step is not None and under_test is not None:
+        types = dict(zip(recording.joints, under_test.joint_kinds, strict=True))
+        return {"joints": recording.joints, "types": types}
     table = dict(recording.metadata["mechanism"])
     if mjcf is not None:
+        table.pop("types", None)
         table["model"] = os.path.basename(os.fspath(mjcf))
-    model = build_model(table, outcome.models[1], answer)
-    command = command or f"trundle diagnose {recording.name if source is None else os.fspath(source)}"
-    fingerprints = inputs(recording=source, mjcf=mjcf)
-    page = render_joints(answer, recording, motion, outcome, mechanisms, paths, command, fingerprints)
-    return JointDiagnosis(answer, model, page, paths)
+    return table
 
 
 def _predictions(
     recording: JointRecording,
-    motion: Any,
-    mechanisms: EpisodeMechanisms | None,
+    motion: JointMotion,
+    under_test: MechanismUnderTest | None,
     outcome: _native._JointOutcome,
     answer: JointAnswer,
 ) -> dict[str, Path]:
     """Return the open-loop simulations of the held-out episodes; add their figures to the answer."""
-    if mechanisms is None:
+    if under_test is None:
         return axis_paths(outcome.predictions)
-    paths = mechanism_paths(recording, motion, mechanisms, outcome)
+    paths = mechanism_paths(recording, motion, under_test, outcome)
     fill_position_figures(answer, recording, paths)
     return paths

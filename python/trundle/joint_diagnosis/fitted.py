@@ -10,13 +10,39 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from trundle.mechanism import Mechanism
+    from trundle.mechanism.drives import Drive
+    from trundle.mechanism.simulation import JointLaws
 
-__all__ = ["fitted_mechanism"]
+__all__ = ["FittedModel", "fitted_mechanism"]
+
+Floats = NDArray[np.float64]
 
 NOMINAL = ("armature", "damping", "mass")
 """Nominal values that a MuJoCo model has."""
 MIN_MASS_SHARE = 1e-3
 """Smallest share of a mass that remains: MuJoCo cannot simulate bodies without inertia."""
+STEP_S = 0.002
+"""Longest step of the simulation, s."""
+
+
+class FittedModel:
+    """An MJCF or URDF model with fitted values: see `trundle.joint_diagnosis.under_test.FittedMechanism`."""
+
+    def __init__(self, mechanism: Mechanism, model: Mapping[str, Any]) -> None:
+        self.mechanism = fitted_mechanism(mechanism, model)
+
+    def needed(self, t: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
+        """Return the effort for a motion, and the diagonal of the mass matrix, (T, n) each."""
+        found = self.mechanism.regressors(q, v, a, derivatives=False)
+        return found.effort, np.einsum("tii->ti", found.mass_matrix)
+
+    def simulate(
+        self, t: Floats, q: Floats, v: Floats, drive: Drive, laws: JointLaws | None, known: Drive | None
+    ) -> Floats:
+        """Return positions, (T, n), in open loop from a state; NaN after a divergence."""
+        from trundle.mechanism import simulate
+
+        return simulate(self.mechanism, t, q, v, drive, laws, known=known, step=STEP_S)[0]
 
 
 def fitted_mechanism(mechanism: Mechanism, model: Mapping[str, Any]) -> Mechanism:

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from trundle._native import JointRecording, _JointOutcome
 from trundle._types import JointAnswer, JointMotion
 from trundle.joint_diagnosis.drives import FittedDrive, FittedLaws
-from trundle.joint_diagnosis.fitted import fitted_mechanism
-from trundle.joint_diagnosis.mechanisms import EpisodeMechanisms
 from trundle.joint_diagnosis.signals import JointSignals, read_signals, setting
+from trundle.joint_diagnosis.under_test import MechanismUnderTest
 
 __all__ = ["Path", "axis_paths", "fill_position_figures", "largest_commands", "mechanism_paths"]
 
@@ -25,8 +24,6 @@ WINDOW_S = 1.0
 """Length of a prediction window, s."""
 MAX_WINDOW_SHARE = 0.1
 """Longest window as a share of the episode."""
-STEP_S = 0.002
-"""Longest step of the simulation, s."""
 MIN_RANGE_SDS = 10.0
 """Range of a joint's positions, noise standard deviations, below which its relative errors make no sense."""
 CUBIC = 3
@@ -72,7 +69,7 @@ def _column(values: Floats | None) -> Floats | None:
 def mechanism_paths(
     recording: JointRecording,
     motion: JointMotion,
-    mechanisms: EpisodeMechanisms,
+    mechanisms: MechanismUnderTest,
     outcome: _JointOutcome,
 ) -> dict[str, Path]:
     """Simulate every held-out episode before and after, whole and in windows."""
@@ -105,7 +102,7 @@ class _Run:
 
     def __init__(
         self,
-        mechanisms: EpisodeMechanisms,
+        mechanisms: MechanismUnderTest,
         name: str,
         motion: JointMotion,
         model: Mapping[str, Any],
@@ -116,7 +113,7 @@ class _Run:
         self.t = motion["episodes"][name]["t"]
         self.raw = np.stack([one.raw for one in signals], axis=1)
         self.can_simulate = not any(one["kind"] in COMPLIANT for one in model["effects"])
-        self.mechanism = fitted_mechanism(mechanisms.by_episode[name], model)
+        self.mechanism = mechanisms.fitted(name, model)
         self.drive = FittedDrive(self.t, signals, joints, model, largest)
         known = np.stack([one.known for one in signals], axis=1)
         self.known = known if known.any() else None
@@ -127,12 +124,10 @@ class _Run:
 
     def simulate(self, rows: slice, q: Floats, v: Floats, laws: FittedLaws | None) -> Floats:
         """Return measured positions, (T, n), from a measured state."""
-        from trundle.mechanism import EffortDrive, simulate
+        from trundle.mechanism import EffortDrive
 
         known = None if self.known is None else EffortDrive(self.t, self.known)
-        found, _ = simulate(
-            self.mechanism, self.t[rows], q - self.offset, v, self.drive, laws, known=known, step=STEP_S
-        )
+        found = self.mechanism.simulate(self.t[rows], q - self.offset, v, self.drive, laws, known)
         return found + self.offset
 
     def window_errors(self, first: int, laws: FittedLaws | None) -> Iterator[Floats]:

@@ -24,15 +24,17 @@ PathLike = str | os.PathLike[str]
 
 
 def open_joints(
-    recording: Recording | JointRecording | PathLike, mjcf: PathLike | None
+    recording: Recording | JointRecording | PathLike, mjcf: PathLike | None, *, has_simulator: bool = False
 ) -> JointRecording | None:
     """Return a recording of joints, or None for one of a pushed object.
 
     Parameters
     ----------
     recording : Recording, JointRecording or path
-        A folder, or a CSV file if `mjcf` is given.
+        A folder, or a CSV file if `mjcf` is given or `has_simulator` is true.
     mjcf : path, optional
+    has_simulator : bool
+        Whether the user's own simulator replaces a model.
     """
     if isinstance(recording, JointRecording):
         return recording
@@ -40,32 +42,32 @@ def open_joints(
         return None
     path = Path(recording)
     if path.suffix.lower() == ".csv":
-        if mjcf is None:
+        if mjcf is None and not has_simulator:
             raise TrundleError(
                 f"{path}: is a table without a model; give the MJCF or URDF file with --mjcf FILE (`mjcf`), "
-                "or a folder with recording.toml"
+                "your own simulator as `step`, or a folder with recording.toml"
             )
         return read_log(path, mjcf)
     found = read(path)
     return found if isinstance(found, JointRecording) else None
 
 
-def read_log(path: PathLike, mjcf: PathLike) -> JointRecording:
+def read_log(path: PathLike, mjcf: PathLike | None) -> JointRecording:
     """Return a CSV log of joints as a recording whose last quarter is held out.
 
     Parameters
     ----------
     path : path
         Columns as in a recording: ``t``, ``q_JOINT``, and ``effort_JOINT`` or ``target_JOINT``; SI units.
-    mjcf : path
-        The MJCF or URDF file with these joints.
+    mjcf : path or None
+        The MJCF or URDF file with these joints. Without one, all joints are hinges of a black-box simulator.
 
     Raises
     ------
     TrundleError
         If the file cannot be read, has no such columns, or a cell is not a number.
     """
-    path, mjcf = Path(path), Path(mjcf)
+    path = Path(path)
     columns = _columns(path)
     if "t" not in columns:
         raise TrundleError(
@@ -85,13 +87,20 @@ def read_log(path: PathLike, mjcf: PathLike) -> JointRecording:
             f"{path}: column {unknown[0]}: is not a stream of the joints {', '.join(joints)}; streams are "
             f"{', '.join(f'{prefix}_JOINT' for prefix in STREAMS)}; begin other columns with note_"
         )
-    if not mjcf.is_file():
-        raise TrundleError(f"{mjcf}: no such file; give an MJCF or URDF file")
-    files = {mjcf.name: mjcf.read_bytes()}
+    mechanism: dict[str, object] = {"joints": joints}
+    files = {}
+    if mjcf is None:
+        mechanism["types"] = "hinge"
+    else:
+        document = Path(mjcf)
+        if not document.is_file():
+            raise TrundleError(f"{mjcf}: no such file; give an MJCF or URDF file")
+        mechanism["model"] = document.name
+        files[document.name] = document.read_bytes()
     metadata = {
         "format": "trundle-recording/2",
         "name": path.stem,
-        "mechanism": {"model": mjcf.name, "joints": joints},
+        "mechanism": mechanism,
         "split": {"held_out": ["held_out"]},
     }
     return JointRecording(metadata, _split(columns), files)

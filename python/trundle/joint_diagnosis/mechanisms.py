@@ -12,14 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle._native import JointRecording, TrundleError
+from trundle._native import JointRecording, TrundleError, _JointOutcome
 from trundle._optional import require
 from trundle._types import JointMotion
+from trundle.joint_diagnosis.fitted import FittedModel
+from trundle.joint_diagnosis.under_test import Report
 
 if TYPE_CHECKING:
     from trundle.mechanism import Mechanism, Payload, Regressors
 
-__all__ = ["EpisodeMechanisms", "dynamics_of", "load_mechanisms"]
+__all__ = ["EpisodeMechanisms", "load_mechanisms", "model_joint_kinds"]
 
 MAX_CONTACT_SHARE = 0.5
 """Share of the effort of a joint from which contacts between bodies of the model are not believed."""
@@ -56,6 +58,29 @@ class EpisodeMechanisms:
         """The kind of each recorded joint: "hinge" or "slide"."""
         first = self.first
         return ["hinge" if first.compiled.jnt_type[k] == HINGE else "slide" for k in first.coordinates.index]
+
+    @property
+    def is_model_file(self) -> bool:
+        """Whether it is an MJCF or URDF file."""
+        return True
+
+    def dynamics(self, motion: JointMotion, report: Report) -> dict[str, Any]:
+        """Return what the native module needs of the mechanism along the recorded motion."""
+        report("mechanism", 0.0)
+        return _dynamics(self, motion)
+
+    def expand_again(self, motion: JointMotion, outcome: _JointOutcome) -> bool:
+        """Return False: efforts are linear in all fitted values."""
+        return False
+
+    def fitted(self, episode: str, model: Mapping[str, Any]) -> FittedModel:
+        """Return the mechanism of an episode with the values of a fitted model."""
+        return FittedModel(self.by_episode[episode], model)
+
+    def joint_before(self, body: str) -> str:
+        """Return the last recorded joint before a body."""
+        group = next(group for group in self.first.groups if group.name == body)
+        return self.first.joints[int(self.first.coordinates.source[group.chain[-1]])]
 
 
 def load_mechanisms(
@@ -97,6 +122,13 @@ def load_mechanisms(
             if pairs and _contacts_dominate(regressors):
                 return EpisodeMechanisms(_load(recording, folder, mjcf, contacts=False), [_warning(pairs)])
     return EpisodeMechanisms(found, [])
+
+
+def model_joint_kinds(recording: JointRecording) -> list[str]:
+    """Return the kind of each recorded joint in the recording's model: "hinge" or "slide"."""
+    require("mujoco", "mujoco", "mechanisms with a model")
+    with model_folder(recording) as folder:
+        return EpisodeMechanisms(_load(recording, folder, None, contacts=False), []).joint_kinds
 
 
 def _load(
@@ -158,7 +190,7 @@ def _warning(pairs: list[tuple[str, str]]) -> str:
     )
 
 
-def dynamics_of(mechanisms: EpisodeMechanisms, motion: JointMotion) -> dict[str, Any]:
+def _dynamics(mechanisms: EpisodeMechanisms, motion: JointMotion) -> dict[str, Any]:
     """Return what the native module needs of a mechanism along the recorded motion.
 
     Parameters

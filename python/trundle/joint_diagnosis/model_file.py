@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 __all__ = ["build_model"]
 
-TABLE_KEYS = ("joints", "model", "free", "axis", "imposed", "inertia", "gravity", "gravity_torque")
+TABLE_KEYS = ("joints", "model", "free", "axis", "types", "imposed", "inertia", "gravity", "gravity_torque")
 """Keys of `[mechanism]` that a model file has."""
 
 

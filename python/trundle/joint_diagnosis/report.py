@@ -12,8 +12,8 @@ from trundle._native import JointRecording, _JointOutcome
 from trundle._types import JointAnswer, JointMotion
 from trundle.joint_diagnosis.figures import chain_figure, law_figures, time_figure
 from trundle.joint_diagnosis.held_out import Path, largest_commands
-from trundle.joint_diagnosis.mechanisms import EpisodeMechanisms
 from trundle.joint_diagnosis.residuals import joint_efforts
+from trundle.joint_diagnosis.under_test import MechanismUnderTest
 from trundle.report.figures.canvas import Figure
 from trundle.report.jinja import render_template
 from trundle.report.parameter import format_parameter
@@ -45,7 +45,7 @@ def render_joints(
     recording: JointRecording,
     motion: JointMotion,
     outcome: _JointOutcome,
-    mechanisms: EpisodeMechanisms | None,
+    mechanisms: MechanismUnderTest | None,
     paths: Mapping[str, Path],
     command: str,
     fingerprints: list[dict[str, str]],
@@ -84,7 +84,7 @@ def render_joints(
         command=command,
         version=_native.__version__,
         fingerprints=fingerprints,
-        use=_use(answer, recording),
+        use=_use(is_model_file=mechanisms is not None and mechanisms.is_model_file),
     )
 
 
@@ -120,7 +120,7 @@ def _effect(entry: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _concerned(answer: JointAnswer, mechanisms: EpisodeMechanisms | None) -> list[str]:
+def _concerned(answer: JointAnswer, mechanisms: MechanismUnderTest | None) -> list[str]:
     """Return the joints of the missing effects; for a body, the last joint before it."""
     found = []
     for one in answer["missing"]:
@@ -128,14 +128,8 @@ def _concerned(answer: JointAnswer, mechanisms: EpisodeMechanisms | None) -> lis
         if "joint" in where:
             found.append(where["joint"])
         elif "body" in where and mechanisms is not None:
-            found.append(_joint_before(mechanisms, where["body"]))
+            found.append(mechanisms.joint_before(where["body"]))
     return list(dict.fromkeys(found))
-
-
-def _joint_before(mechanisms: EpisodeMechanisms, body: str) -> str:
-    mechanism = mechanisms.first
-    group = next(group for group in mechanism.groups if group.name == body)
-    return mechanism.joints[int(mechanism.coordinates.source[group.chain[-1]])]
 
 
 def _worst(answer: JointAnswer) -> list[str]:
@@ -144,7 +138,7 @@ def _worst(answer: JointAnswer) -> list[str]:
     return [max(shares, key=lambda joint: float(shares[joint]))] if shares else []
 
 
-def _kinds(recording: JointRecording, mechanisms: EpisodeMechanisms | None) -> dict[str, str]:
+def _kinds(recording: JointRecording, mechanisms: MechanismUnderTest | None) -> dict[str, str]:
     if mechanisms is None:
         return {joint: recording.metadata["mechanism"]["axis"] for joint in recording.joints}
     return dict(zip(recording.joints, mechanisms.joint_kinds, strict=True))
@@ -160,7 +154,7 @@ def _figures(
     recording: JointRecording,
     motion: JointMotion,
     outcome: _JointOutcome,
-    mechanisms: EpisodeMechanisms | None,
+    mechanisms: MechanismUnderTest | None,
     paths: Mapping[str, Path],
     kinds: Mapping[str, str],
     shown: list[str],
@@ -225,7 +219,7 @@ def _nominal(answer: JointAnswer) -> list[tuple[str, list[Any]]]:
     return rows
 
 
-def _use(answer: JointAnswer, recording: JointRecording) -> dict[str, Any]:
+def _use(*, is_model_file: bool) -> dict[str, Any]:
     """Return the box of ready-made code."""
     source = "\n".join(
         [
@@ -236,7 +230,7 @@ def _use(answer: JointAnswer, recording: JointRecording) -> dict[str, Any]:
         ]
     )
     snippets = [{"name": "Python", "code": source, "is_open": True}]
-    if "model" in recording.metadata["mechanism"]:
+    if is_model_file:
         line = "trundle export model.toml --mjcf-patch patched --mjcf robot.xml"
         snippets.insert(0, {"name": "Patch the MJCF", "code": line, "is_open": True})
         snippets[1]["is_open"] = False

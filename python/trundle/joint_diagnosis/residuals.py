@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from trundle._native import JointRecording, _JointOutcome
 from trundle._types import JointMotion
 from trundle.joint_diagnosis.drives import FittedDrive
-from trundle.joint_diagnosis.fitted import fitted_mechanism
 from trundle.joint_diagnosis.held_out import COMPLIANT
-from trundle.joint_diagnosis.mechanisms import EpisodeMechanisms
 from trundle.joint_diagnosis.signals import JointSignals, read_signals
+from trundle.joint_diagnosis.under_test import MechanismUnderTest
 
 __all__ = ["JointEfforts", "joint_efforts"]
 
@@ -58,7 +57,7 @@ def joint_efforts(
     episode: str,
     motion: JointMotion,
     outcome: _JointOutcome,
-    mechanisms: EpisodeMechanisms | None,
+    mechanisms: MechanismUnderTest | None,
     largest: Floats,
 ) -> list[JointEfforts]:
     """Return the efforts of every joint in an episode."""
@@ -106,7 +105,7 @@ def _needed(
     motion: JointMotion,
     own: Any,
     model: Mapping[str, Any],
-    mechanisms: EpisodeMechanisms | None,
+    mechanisms: MechanismUnderTest | None,
     episode: str,
 ) -> tuple[Floats, Floats]:
     """Return the effort that a model needs without its laws, and the part of the joint's own inertia."""
@@ -116,10 +115,8 @@ def _needed(
             offset[motion["joints"].index(one["joint"])] = one["values"]["offset"]
     q, v, a = own["q"] - offset, own["v"], own["a"]
     if mechanisms is not None:
-        mechanism = fitted_mechanism(mechanisms.by_episode[episode], model)
-        found = mechanism.regressors(q, v, a, derivatives=False)
-        own_inertia: Floats = np.einsum("tii->ti", found.mass_matrix)
-        return found.effort, own_inertia * a
+        effort, own_inertia = mechanisms.fitted(episode, model).needed(own["t"], q, v, a)
+        return effort, own_inertia * a
     table, nominal = recording.metadata["mechanism"], model["nominal"]
     (joint,) = motion["joints"]
     sine = nominal.get(f"gravity_sin:{joint}", table.get("gravity_torque", 0.0))
@@ -151,7 +148,7 @@ def _laws(
             np.array, outcome.terms(side, q.tolist(), v.tolist(), drive, external, covariates)
         )
         friction = np.where(v == 0, np.clip(missing[k], -dry, dry), -dry * np.sign(v))
-        # MuJoCo's mass matrix already has the armature that laws add; that of an axis does not.
+        # A fitted mechanism already has the armature that laws add; an axis does not.
         out[k] = effort + friction - (0.0 if has_model else inertia * a)
     return out
 

@@ -31,7 +31,7 @@ Finite = Annotated[float, Rule(math.isfinite, "a finite number")]
 
 @dataclass(frozen=True, repr=False)
 class MechanismTable(DisplayedFields):
-    """The table `[mechanism]`, as in a recording: an MJCF or URDF model, or one axis.
+    """The table `[mechanism]`, as in a recording: an MJCF or URDF model, one axis, or joints of a simulator.
 
     Attributes
     ----------
@@ -43,6 +43,8 @@ class MechanismTable(DisplayedFields):
         What may be refitted.
     axis : {"hinge", "slide"}, optional
         An axis without a model.
+    types : {"hinge", "slide"} or dict, optional
+        Types of the joints, for all or by joint, of the user's own simulator.
     imposed, gravity : bool
         Whether the motion is imposed, and whether a gravity torque is part of an axis.
     inertia, gravity_torque : float, optional
@@ -59,14 +61,15 @@ class MechanismTable(DisplayedFields):
     model: str | None = None
     free: list[str] | None = None
     axis: Literal["hinge", "slide"] | None = None
+    types: Literal["hinge", "slide"] | dict[str, Literal["hinge", "slide"]] | None = None
     imposed: bool = False
     inertia: Finite | None = None
     gravity: bool = False
     gravity_torque: Finite | None = None
 
     def __post_init__(self) -> None:
-        if (self.model is None) == (self.axis is None):
-            raise SettingsError("give either `model`, an MJCF or URDF file, or `axis`")
+        if sum(each is not None for each in (self.model, self.axis, self.types)) != 1:
+            raise SettingsError("give either `model`, an MJCF or URDF file, or `axis`, or `types`")
 
 
 @dataclass(frozen=True, repr=False)

@@ -50,7 +50,7 @@ pub struct JointMetadata {
     pub notes: toml::Table,
 }
 
-/// A model with its recorded joints, or one axis without a model.
+/// A model with its recorded joints, one axis without a model, or joints whose simulator is a function of the user.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MechanismMeta {
@@ -60,6 +60,9 @@ pub struct MechanismMeta {
     /// Type of the only joint, if there is no model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<Axis>,
+    /// Types of the joints of the user's own simulator, if there is neither a model nor an axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub types: Option<PerJoint<Axis>>,
     /// Names of the recorded joints.
     pub joints: Vec<String>,
     /// What may be refitted, for example `armature:elbow`. Default: armature and damping of all recorded joints, and the
@@ -80,7 +83,7 @@ pub struct MechanismMeta {
     pub gravity_torque: Option<f64>,
 }
 
-/// Type of a joint without a model.
+/// Type of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", expecting = "\"hinge\" or \"slide\"")]
 pub enum Axis {

@@ -75,7 +75,7 @@ def format_joints(info: JointSummary) -> list[str]:
     return [
         info.name,
         f"  {len(episodes)} episodes, {held_out} held out, {seconds:.1f} s in total",
-        f"  mechanism: {f'model {info.model}' if info.model else 'one axis, no model'}",
+        f"  mechanism: {info.mechanism}",
         f"  noise: {', '.join(map(format_joint_noise, info.joints))}",
         "",
         *align([tuple(info.table.heads), *map(tuple, info.table.rows)]),

@@ -11,6 +11,7 @@ from trundle.experiments.blind import families
 from trundle.experiments.blind.furniture.families import OUT_OF_CATALOGUE as FURNITURE_OUT_OF_CATALOGUE
 from trundle.experiments.blind.mechanism import families as mechanism_families
 from trundle.experiments.blind.mechanism.outside import OUT_OF_CATALOGUE as MECHANISM_OUT_OF_CATALOGUE
+from trundle.experiments.blind.mechanism.robot_sets import ROBOT_SETS
 from trundle.experiments.blind.wide.families import OUT_OF_CATALOGUE as WIDE_OUT_OF_CATALOGUE
 from trundle.recording import TrundleError
 from trundle.settings import build_settings, parse
@@ -71,6 +72,8 @@ class Settings:
         Of furniture: number of pushes, and whether all begin at one pose, by one grasp, without rotation.
     size : float
         Of furniture: share of the drawn size that is hidden, after the drawn size has proved material.
+    robots : tuple of str
+        Of mechanisms: "own" for the built-in robots, "wheels" for those of `mechanism.wheels`.
     sizes, limited : tuple of float, int
         For detection limits of furniture: shares of the drawn size, and cases of each effect.
     """
@@ -94,6 +97,7 @@ class Settings:
     size: float = 1.0
     sizes: tuple[float, ...] = (1.0, 0.5, 0.25, 0.125)
     limited: int = 0
+    robots: tuple[str, ...] = ("own",)
 
     def parts(self) -> list[Settings]:
         """Return the settings of every share."""
@@ -102,6 +106,8 @@ class Settings:
     def plain(self) -> dict[str, Any]:
         """Return it as plain values; without those of furniture for another generator."""
         found = {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(self).items()}
+        if self.robots == ("own",):
+            del found["robots"]
         if self.generator == "furniture":
             return found
         kept = {name: v for name, v in found.items() if name not in FURNITURE_ONLY}
@@ -110,7 +116,8 @@ class Settings:
     def drawing(self) -> dict[str, Any]:
         """Return the values on which the drawing of a single case depends."""
         names = ("matters", "each_matters", "attempts", "episodes", "alike")
-        return {name: getattr(self, name) for name in names}
+        chosen = {} if self.robots == ("own",) else {"robots": list(self.robots)}
+        return {name: getattr(self, name) for name in names} | chosen
 
 
 FURNITURE_ONLY = ("generator", "episodes", "alike", "size", "sizes", "limited")
@@ -221,6 +228,15 @@ class MechanismFile(WideFile):
     generator: ClassVar[str] = "mechanism"
     catalogue: ClassVar[Iterable[str]] = mechanism_families.CATALOGUE
     out_of_catalogue: ClassVar[Iterable[str]] = MECHANISM_OUT_OF_CATALOGUE
+
+    robots: tuple[str, ...] = ("own",)
+
+    def settings(self, path: Path, which: str) -> Settings:
+        """Return the settings of a range."""
+        unknown = [one for one in self.robots if one not in ROBOT_SETS]
+        if unknown or not self.robots:
+            raise TrundleError(f"{path}: robots = {list(self.robots)}: choose from {', '.join(ROBOT_SETS)}")
+        return replace(super().settings(path, which), robots=self.robots)
 
 
 FILES: dict[str, type[FurnitureFile] | type[WideFile]] = {

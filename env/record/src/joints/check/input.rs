@@ -3,7 +3,7 @@
 use crate::episode::Episode;
 use crate::joints::drive::EffortSource;
 use crate::joints::metadata::{Axis, JointMetadata};
-use crate::joints::per_joint::FreeOr;
+use crate::joints::per_joint::{FreeOr, PerJoint};
 use crate::joints::recording::JointRecording;
 use crate::joints::tracks::{Grid, Track, rms};
 use crate::prepare::median;
@@ -42,7 +42,10 @@ impl<'a> Input<'a> {
 
     /// Whether a joint may be a hinge. The type of the joints of a model is not known here.
     pub fn may_be_hinge(&self) -> bool {
-        self.metadata.mechanism.axis != Some(Axis::Slide)
+        let mechanism = &self.metadata.mechanism;
+        let types = mechanism.types.as_ref().map(PerJoint::entries);
+        let has_slides_only = types.is_some_and(|types| types.iter().all(|(_, kind)| **kind == Axis::Slide));
+        mechanism.axis != Some(Axis::Slide) && !has_slides_only
     }
 
     /// Episodes with a stream of a joint.

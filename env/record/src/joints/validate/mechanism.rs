@@ -3,25 +3,43 @@
 use super::refuse::refuse;
 use crate::error::Error;
 use crate::joints::metadata::{Axis, MechanismMeta};
+use crate::joints::per_joint::PerJoint;
 use crate::validate::is_printable;
 
 const FREE_REMEDY: &str = "list \"armature\", \"damping\" and \"mass\" (of all recorded joints, all moving bodies), or single \
      ones as \"armature:JOINT\", \"damping:JOINT\", \"mass:BODY\"";
 
+const WITH_MODEL: (&str, &str) = (
+    "describes one axis without a model, but model is given",
+    "remove it, or replace model by axis = \"hinge\" or \"slide\"",
+);
+const WITH_TYPES: (&str, &str) = (
+    "describes one axis without a model, but types is given",
+    "remove it, or replace types by axis = \"hinge\" or \"slide\"",
+);
+
 pub(super) fn check(mechanism: &MechanismMeta) -> Result<(), Error> {
     check_joints(&mechanism.joints)?;
-    match (&mechanism.model, mechanism.axis) {
-        (Some(_), Some(_)) => {
+    match (&mechanism.model, mechanism.axis, &mechanism.types) {
+        (Some(_), Some(_), _) => {
             let remedy = "keep the model and remove axis, or keep the axis and remove model";
             return refuse("mechanism", "the mechanism".to_owned(), "has both model and axis", remedy);
         }
-        (None, None) => {
-            let remedy = "set model to an MJCF or URDF document in the folder, or axis = \"hinge\" or \"slide\" for one \
-                 joint without a model";
+        (Some(_), None, Some(_)) | (None, Some(_), Some(_)) => {
+            let remedy = "remove types: it is for joints of your own simulator, without model and axis";
+            return refuse("mechanism.types", "the key".to_owned(), "is given with model or axis", remedy);
+        }
+        (None, None, None) => {
+            let remedy = "set model to an MJCF or URDF document in the folder, axis = \"hinge\" or \"slide\" for one \
+                 joint without a model, or types of the joints of your own simulator";
             return refuse("mechanism", "the mechanism".to_owned(), "has neither model nor axis", remedy);
         }
-        (Some(_), None) => check_model_only(mechanism)?,
-        (None, Some(axis)) => check_axis(mechanism, axis)?,
+        (Some(_), None, None) => check_without_axis(mechanism, WITH_MODEL)?,
+        (None, Some(axis), None) => check_axis(mechanism, axis)?,
+        (None, None, Some(types)) => {
+            check_types(types, &mechanism.joints)?;
+            check_without_axis(mechanism, WITH_TYPES)?;
+        }
     }
     let free = mechanism.free.iter().flatten().enumerate();
     free.map(|(i, entry)| (format!("mechanism.free[{}]", i + 1), entry))
@@ -51,22 +69,37 @@ fn check_joints(joints: &[String]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses keys that describe an axis without a model.
-fn check_model_only(mechanism: &MechanismMeta) -> Result<(), Error> {
-    let given = [
+/// Refuses keys that describe an axis without a model, with a problem and its remedy.
+fn check_without_axis(
+    mechanism: &MechanismMeta,
+    (problem, remedy): (&'static str, &'static str),
+) -> Result<(), Error> {
+    let keys = [
         ("imposed", mechanism.imposed),
         ("inertia", mechanism.inertia.is_some()),
         ("gravity", mechanism.gravity),
         ("gravity_torque", mechanism.gravity_torque.is_some()),
     ];
-    match given.iter().find(|(_, is_given)| *is_given) {
+    match keys.iter().find(|(_, is_given)| *is_given) {
         None => Ok(()),
-        Some((key, _)) => refuse(
-            &format!("mechanism.{key}"),
-            "the key".to_owned(),
-            "describes one axis without a model, but model is given",
-            "remove it, or replace model by axis = \"hinge\" or \"slide\"",
-        ),
+        Some((key, _)) => refuse(&format!("mechanism.{key}"), "the key".to_owned(), problem, remedy),
+    }
+}
+
+fn check_types(types: &PerJoint<Axis>, joints: &[String]) -> Result<(), Error> {
+    let known = joints.join(", ");
+    let mut named = types.entries().into_iter().filter_map(|(joint, _)| joint);
+    if let Some(unknown) = named.find(|name| joints.iter().all(|joint| joint != name)) {
+        let value = format!("{unknown:?} (the recorded joints are {known})");
+        let remedy = "use a name of joints";
+        return refuse("mechanism.types", value, "does not name a recorded joint", remedy);
+    }
+    match joints.iter().find(|joint| types.of(joint).is_none()) {
+        None => Ok(()),
+        Some(joint) => {
+            let remedy = "give \"hinge\" or \"slide\" for each joint, or one type for all";
+            refuse("mechanism.types", format!("{joint:?}"), "is a joint without a type", remedy)
+        }
     }
 }
 

@@ -15,7 +15,7 @@ from trundle.experiments.blind.mechanism.family import Family, HiddenEffect, Sta
 from trundle.experiments.blind.mechanism.measurement import record
 from trundle.experiments.blind.mechanism.oracle import effort_misfits
 from trundle.experiments.blind.mechanism.outside import OUT_OF_CATALOGUE
-from trundle.experiments.blind.mechanism.robots import ROBOTS
+from trundle.experiments.blind.mechanism.robot_sets import robots_of
 from trundle.experiments.blind.mechanism.scene import SOURCES, Scene, draw_scene
 from trundle.experiments.blind.mechanism.simulation import Motion, simulate
 from trundle.experiments.blind.sealed import folder_digest
@@ -45,7 +45,7 @@ def draw(planned: Values, options: Values, folder: Path) -> dict[str, Any]:
     """
     names, seed, engine = tuple(planned["names"]), planned["seed"], planned["engine"]
     families = [get_family(name) for name in names]
-    robots = list(ROBOTS.values())
+    robots = robots_of(options.get("robots", ("own",)))
     common = {"case": planned["case"], "names": list(names), "seed": seed, "engine": engine}
     tried: list[Values] = []
     fixed = next((one.fixed for one in families if one.fixed), None)
