@@ -231,6 +231,8 @@ def diagnose(
                     f"{name_of(recording)}: `model`, `step` and `parameters` are for pushed objects; "
                     "give the MJCF or URDF file of a mechanism as `mjcf`"
                 )
+            from trundle.joint_design import design_alternatives  # takes long to import
+
             return diagnose_joints(
                 joints,
                 mjcf,
@@ -239,6 +241,7 @@ def diagnose(
                 progress=progress,
                 command=command,
                 source=None if isinstance(recording, JointRecording) else recording,
+                advise=design_alternatives,
             )
         recording = cast("Recording | PathLike", recording)
     if mjcf is not None:

@@ -79,7 +79,7 @@ def followed(friction: float, damping: float, t: Floats, wanted: Floats, seed: i
 def bench_recording(
     friction: float, damping: float, further: tuple[Floats, Floats] | None = None
 ) -> trundle.JointRecording:
-    """Return a recording in which a bench moves there and back at one speed, and further positions at times."""
+    """Return a recording of a bench that moves there and back at one speed, and along further positions."""
     t = np.arange(0, 8, 0.005)
     triangle = 0.5 * np.abs(((t + 0.5) / 2 % 2) - 1) - 0.25  # speed of 0.25 rad/s
     smooth = np.convolve(

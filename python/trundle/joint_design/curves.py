@@ -37,7 +37,7 @@ def moves(points: Sequence[float], speeds: Sequence[float], acceleration: float,
     ----------
     points : sequence of n + 1 floats
     speeds : sequence of n floats
-        Largest speed of each move: constant except for smooth transitions, and lower if the move is too short.
+        Largest speed of each move: constant except in smooth transitions, lower in a short move.
     acceleration : float
         Largest acceleration.
     dt : float
@@ -51,7 +51,7 @@ def moves(points: Sequence[float], speeds: Sequence[float], acceleration: float,
         transition = np.pi * speed / (2 * acceleration)
         own.append((first, np.sign(last - first), speed, transition, way))
         starts.append(starts[-1] + (way / speed + transition if way > 0 else 0.0))
-    t = np.arange(int(np.ceil(starts[-1] / dt)) + 1) * dt
+    t: Floats = np.arange(int(np.ceil(starts[-1] / dt)) + 1, dtype=np.float64) * float(dt)
     found = rest(points[-1], len(t))
     for start, end, one in zip(starts[:-1], starts[1:], own, strict=True):
         rows = (t >= start) & (t < end)

@@ -51,7 +51,7 @@ def design_joints(
     recording: JointRecording,
     mjcf: PathLike | None = None,
     *,
-    limits: GivenLimits = GivenLimits(),
+    limits: GivenLimits | None = None,
     duration: float | None = None,
     loads: Sequence[AxisLoad | Payload] = (),
     progress: ProgressOption = None,
@@ -59,7 +59,7 @@ def design_joints(
     """Find the trajectory, or the change of load, that separates two explanations; see `trundle.design`."""
     if duration is not None and not duration > 0:
         raise TrundleError(f"duration = {duration}: must be positive")
-    effects = [parse_explanation(one, recording) for one in (first, second)]
+    effects = (parse_explanation(first, recording), parse_explanation(second, recording))
     with report_progress(progress, "design") as option:
         report = option or (lambda stage, share: None)
         motion = _native._joint_motion(recording)
@@ -69,7 +69,7 @@ def design_joints(
         designer = _native._joint_designer(
             recording, dynamics, *effects, progress=lambda stage, share: report(stage, FIT_SHARE * share)
         )
-        own = parse_limits(designer.limits, limits)
+        own = parse_limits(designer.limits, limits or GivenLimits())
         evaluator = Evaluator(recording, designer, mechanisms, mjcf, own)
         search = _Search(evaluator, _candidates(designer, own, motion, dynamics, recording, duration))
         given = given_rigs(loads, has_model=has_model)
@@ -180,8 +180,8 @@ def _result(
         )
     if not ranked:
         warnings.append(
-            f"the drives can follow none of the {search.evaluator.rejected} trajectories within the limits of "
-            "effort: raise `effort`, or lower `speed` and `acceleration`"
+            f"the drives can follow none of the {search.evaluator.rejected} trajectories within the limits "
+            "of effort: raise `effort`, or lower `speed` and `acceleration`"
         )
     change = best.rig.words if best is not None and not rig_can_tell else None
     answer = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -95,7 +95,7 @@ AS_RECORDED = Rig()
 
 def covariate_rigs(recording: JointRecording) -> list[Rig]:
     """Return the recorded conditions: one, or the ends of the range of a recorded covariate."""
-    spans = {}
+    spans: dict[str, tuple[float, float]] = {}
     for name, episode in recording.items():
         for joint in recording.joints:
             if episode.held_out or f"load_{joint}" not in episode:

@@ -68,7 +68,8 @@ class Trajectory:
     @property
     def t(self) -> Floats:
         """Times, (T,), s."""
-        return np.arange(len(self.q)) * self.dt
+        times: Floats = np.arange(len(self.q), dtype=np.float64) * self.dt
+        return times
 
 
 def trajectories(

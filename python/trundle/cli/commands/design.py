@@ -1,11 +1,11 @@
-"""`trundle design`: discriminating experiments for pushed objects and for joints (optimal experiment design)."""
+"""`trundle design`: discriminating experiments for objects and joints (optimal experiment design)."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from trundle.cli.options import add_out, add_quiet
 from trundle.cli.paths import Input, Output, declare
@@ -43,8 +43,8 @@ EFFECTS_WITHOUT_PLACE = ("nominal", "base_tilt")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the two models, the recording, the noise, the limits, the loads and the output folder."""
     text = (
-        "first model.toml; fitted if there is a recording, otherwise it must contain all values; for joints also "
-        "names of effects joined by +, such as joint_dry_friction:elbow, or nominal"
+        "first model.toml; fitted if there is a recording, otherwise it must contain all values; for joints "
+        "also names of effects joined by +, such as joint_dry_friction:elbow, or nominal"
     )
     parser.add_argument("model_a", metavar="MODEL_A", type=parse_model, help=text)
     parser.add_argument("model_b", metavar="MODEL_B", type=parse_model, help="second model, in the same form")
@@ -89,7 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         type=parse_payload,
-        help="joints of a model: a known mass at the origin of a body that the design may add; may be repeated",
+        help="joints of a model: known mass at the origin of a body, to compare as load; may be repeated",
     )
     parser.add_argument(
         "--axis-load",
@@ -98,12 +98,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs=2,
         action="append",
         default=[],
-        help="one axis: a known load that the design may add, N·m at sin q = 1 and kg·m²; may be repeated",
+        help="one axis: known load to compare, N·m at sin q = 1 and kg·m²; may be repeated",
     )
     add_out(
         parser,
-        "folder for design.json and, if the models can be simulated, scenario.toml and object.toml; for joints "
-        "trajectory.csv",
+        "folder for design.json and, if the models can be simulated, scenario.toml and object.toml; for "
+        "joints trajectory.csv",
         Output("--out", "folder"),
     )
     parser.add_argument("--json", action="store_true", help="print the design as JSON")
@@ -133,18 +133,18 @@ def run(args: argparse.Namespace) -> int:
     from trundle.experiment_design import design
 
     recorded = args.object is not None and (args.object.is_dir() or args.mjcf is not None)
+    options: dict[str, Any] = {name: getattr(args, name) for name in {**LIMITS, **JOINT_LIMITS}}
+    options["recording" if recorded else "object"] = args.object
     with Progress(f"designing for {args.model_a} and {args.model_b}", quiet=args.quiet) as progress:
-        found = design(
+        found: Design | JointDesign = design(
             args.model_a,
             args.model_b,
-            recording=args.object if recorded else None,
-            object=None if recorded else args.object,
             mjcf=args.mjcf,
             noise=DEFAULT_NOISE_SD if args.noise is None else tuple(args.noise),
             pushes=args.pushes,
-            **{name: getattr(args, name) for name in {**LIMITS, **JOINT_LIMITS}},
             loads=_loads(args),
             progress=progress.share,
+            **options,
         )
     for warning in found.warnings:
         print(f"trundle: warning: {warning}", file=sys.stderr)
