@@ -18,6 +18,7 @@ mod identify;
 mod infer;
 mod inputs;
 mod inspect;
+mod joint_design;
 mod joint_record;
 mod laws;
 mod mechanism;
@@ -41,6 +42,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     error::register(module)?;
     mechanism::register(module)?;
+    joint_design::register(module)?;
     table::register(module)?;
     model::register(module)?;
     record::register(module)?;

@@ -165,7 +165,8 @@ impl PyJointOutcome {
     }
 }
 
-fn model(mechanism: &FittedMechanism) -> serde_json::Value {
+/// A fitted mechanism as plain data.
+pub(crate) fn model(mechanism: &FittedMechanism) -> serde_json::Value {
     let effect = |effect: &trundle_mechanism::Effect| {
         let params = effect.kind.params();
         let values: BTreeMap<&str, f64> = params
@@ -192,7 +193,7 @@ fn item<'py>(dict: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, PyAny>
     dict.get_item(key)?.ok_or_else(|| refused(format!("dynamics: `{key}` is missing")))
 }
 
-fn dynamics_of(dict: &Bound<'_, PyDict>, motion: &Motion) -> PyResult<Dynamics> {
+pub(crate) fn dynamics_of(dict: &Bound<'_, PyDict>, motion: &Motion) -> PyResult<Dynamics> {
     let mut dynamics = Dynamics {
         bodies: item(dict, "bodies")?.extract()?,
         masses: item(dict, "masses")?.extract()?,
@@ -243,7 +244,7 @@ fn simulator_of(dict: &Bound<'_, PyDict>) -> PyResult<SimulatorSetup> {
 }
 
 /// The dynamics of an episode for numbers of joints, bodies and parameters.
-fn episode_of(dict: &Bound<'_, PyDict>, [n, b, p]: [usize; 3]) -> PyResult<EpisodeDynamics> {
+pub(crate) fn episode_of(dict: &Bound<'_, PyDict>, [n, b, p]: [usize; 3]) -> PyResult<EpisodeDynamics> {
     let array = |key: &str| -> PyResult<PyReadonlyArrayDyn<'_, f64>> {
         item(dict, key)?.extract().map_err(|_| refused(format!("dynamics: `{key}` is no array of float64")))
     };

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 from trundle import objects
 from trundle._native import Planner, __version__
 from trundle._registration import register_environments as _register_environments
-from trundle.design import Design, design
+from trundle.design import Design
 from trundle.diagnosis import Diagnosis, diagnose
 from trundle.episode import Episode
+from trundle.experiment_design import design
 from trundle.findings import Finding, Findings
 from trundle.fitting import Fit, fit
 from trundle.identifiability import Profile, profile
@@ -33,6 +34,7 @@ if _TYPE_CHECKING:
     from trundle import baselines, calibration, envs, export, importers, mechanism, plots, report
     from trundle.agent import AdaptiveAgent
     from trundle.agent_settings import AgentSettings
+    from trundle.joint_design import JointDesign
     from trundle.record_wrapper import Record
     from trundle.viewing import view
 
@@ -45,6 +47,7 @@ __all__ = [
     "Finding",
     "Findings",
     "Fit",
+    "JointDesign",
     "JointDiagnosis",
     "JointEpisode",
     "JointRecording",
@@ -91,6 +94,7 @@ __all__ = [
 _LAZY = {
     "AdaptiveAgent": "trundle.agent",
     "AgentSettings": "trundle.agent_settings",
+    "JointDesign": "trundle.joint_design",
     "Record": "trundle.record_wrapper",
     "baselines": "trundle",
     "calibration": "trundle",

@@ -340,6 +340,41 @@ def _diagnose(
 ) -> _Outcome: ...
 
 @final
+class _JointDesigner:
+    @property
+    def names(self) -> list[list[str]]: ...
+    @property
+    def advice(self) -> list[str]: ...
+    @property
+    def recorded(self) -> float: ...
+    @property
+    def is_unexplained(self) -> bool: ...
+    @property
+    def models(self) -> list[JointFittedModel]: ...
+    @property
+    def limits(self) -> list[dict[str, Any]]: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def noise(self) -> list[float]: ...
+    @property
+    def effort_units(self) -> list[str]: ...
+    @property
+    def decisive_nats(self) -> float: ...
+    def success(self, separation: tuple[float, float]) -> tuple[float, int | None]: ...
+    def separation(
+        self,
+        q: NDArray[np.float64],
+        v: NDArray[np.float64],
+        a: NDArray[np.float64],
+        *,
+        dynamics: Mapping[str, Any] | None = None,
+        load: Mapping[str, float] | None = None,
+        covariates: Sequence[float | None] = ...,
+        other_encoder: bool = False,
+    ) -> dict[str, Any]: ...
+
+@final
 class _JointOutcome:
     @property
     def answer(self) -> JointAnswer: ...
@@ -370,6 +405,13 @@ def _diagnose_joints(
     without: Sequence[str] = ...,
     progress: Callable[[str, float], object] | None = None,
 ) -> _JointOutcome: ...
+def _joint_designer(
+    recording: JointRecording | str | PathLike[str],
+    dynamics: Mapping[str, Any] | None,
+    first: Sequence[tuple[str, Mapping[str, float]]],
+    second: Sequence[tuple[str, Mapping[str, float]]],
+    progress: Callable[[str, float], object] | None = None,
+) -> _JointDesigner: ...
 def _design(
     first: Model,
     second: Model,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -25,7 +26,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Design", "DesignedPush", "design"]
+__all__ = ["DEFAULT_NOISE_SD", "Design", "DesignedPush", "design_pushes"]
 
 Profile = Literal["steady", "there_and_back", "shuttle", "pulses", "two_frequencies", "turn", "weave"]
 
@@ -197,71 +198,20 @@ class Design(Displayed):
         return folder
 
 
-def design(
+def design_pushes(
     model_a: Model | PathLike,
     model_b: Model | PathLike,
     *,
-    recording: Recording | PathLike | None = None,
-    object: PathLike | None = None,
-    noise: tuple[float, float, float, float] = DEFAULT_NOISE_SD,
-    pushes: int = 1,
-    force: float | None = None,
-    torque: float | None = None,
-    duration: float | None = None,
-    speed: float | None = None,
-    spin: float | None = None,
-    distance: float | None = None,
-    progress: ProgressOption = None,
+    recording: Recording | PathLike | None,
+    object: PathLike | None,
+    noise: tuple[float, float, float, float],
+    pushes: int,
+    limits: Mapping[str, float | None],
+    progress: ProgressOption,
 ) -> Design:
-    """Find the pushes that best discriminate two models.
-
-    Each model is compared with the best refit of the other one; docs/design.md describes the method.
-
-    Parameters
-    ----------
-    model_a, model_b : Model or path
-        With a recording, both are fitted to it. Without one, all values must be given; their uncertainty is
-        the posterior in the model file, or else the priors of the catalogue.
-    recording : Recording or path, optional
-        Recording of the object. It provides previous episodes, the noise and the instruments.
-    object : path, optional
-        An object or model file with a ``[body]``, for models that have no footprint.
-    noise : tuple of four floats
-        Standard deviations of position (m), heading (rad), force (N) and torque (N·m) without a recording.
-    pushes : int
-        Number of pushes; each is the best in addition to the previous ones.
-    force, torque, duration, speed, spin, distance : float, optional
-        Limits of a push (N, N·m, s) and of the motion of the object (m/s, rad/s, m). The defaults are those
-        of the recording; without one they are 30, 8, 6, 0.6, 1, 1.2.
-    progress : bool or callable, optional
-        True shows a progress bar; the default shows one in notebooks only. A function is called with the
-        stage of the work and the finished share of all work, 0 to 1, which never decreases.
-
-    Returns
-    -------
-    Design
-
-    Raises
-    ------
-    TrundleError
-        If a model has no footprint or no value for a parameter, cannot be fitted, or a limit is not positive.
-
-    Examples
-    --------
-    >>> design = trundle.design("model.toml", "wheel.toml", force=60.0, duration=2.0)
-    >>> design.models
-    ('coulomb_friction', 'a model without coulomb_friction')
-    """
+    """Find the pushes that best discriminate two models; `trundle.design` describes the arguments."""
     if pushes < 1:
         raise TrundleError(f"pushes = {pushes}: at least one is needed")
-    limits = {
-        "force": force,
-        "torque": torque,
-        "duration": duration,
-        "speed": speed,
-        "spin": spin,
-        "distance": distance,
-    }
     with report_progress(progress, "design") as report:
         answer, first, second = _native._design(
             read_model(model_a),

@@ -244,6 +244,8 @@ def diagnose(
                 raise TrundleError("step: is the simulation under test; remove `mjcf`")
             if step is None and (parameters is not None or vectorized):
                 raise TrundleError("parameters, vectorized: need `step`")
+            from trundle.joint_design import design_alternatives  # takes long to import
+
             return diagnose_joints(
                 joints,
                 mjcf,
@@ -255,6 +257,7 @@ def diagnose(
                 progress=progress,
                 command=command,
                 source=None if isinstance(recording, JointRecording) else recording,
+                advise=None if step is not None else design_alternatives,
             )
         recording = cast("Recording | PathLike", recording)
     if mjcf is not None:

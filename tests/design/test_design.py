@@ -173,7 +173,7 @@ def test_identical_models_have_no_discriminating_push(place: Path) -> None:
 def test_invalid_arguments_are_refused(place: Path, arguments: dict[str, object], words: str) -> None:
     same = model(place, DRAG, SLOPE)
     with pytest.raises(trundle.TrundleError, match=words):
-        trundle.design(same, same, **arguments)  # type: ignore[arg-type]
+        trundle.design(same, same, **arguments)  # type: ignore[call-overload]
 
 
 def test_a_free_value_without_a_recording_is_refused(

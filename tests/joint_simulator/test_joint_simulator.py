@@ -26,7 +26,7 @@ from trundle.mechanism import EffortDrive, MechanismModel
 Floats = NDArray[np.float64]
 
 FRICTION = 0.25
-PARAMETERS = {"upper_mass": 1.4, "fore_mass": (0.5, 0.1, 3.0), "damping": 0.2}
+PARAMETERS: Any = {"upper_mass": 1.4, "fore_mass": (0.5, 0.1, 3.0), "damping": 0.2}
 
 
 @pytest.fixture(scope="module")
@@ -140,11 +140,11 @@ def test_the_forward_simulation_holds_a_joint_by_dry_friction() -> None:
     def laws(t: float, q: Floats, v: Floats, load: Floats) -> tuple[Floats, Floats, Floats]:
         return np.zeros(2), np.array([0.0, 10.0]), np.zeros(2)
 
-    place = (simulator, arm.VALUES, scale, "e0", t, (np.array([0.6, 0.3]), np.zeros(2)))
+    place: tuple[Any, ...] = (simulator, arm.VALUES, scale, "e0", t, (np.array([0.6, 0.3]), np.zeros(2)))
     drive = EffortDrive([0.0], [[0.0, 0.0]])
-    held = simulate(*place, drive, laws)
+    held = simulate(*(*place, drive, laws))
     assert np.ptp(held[:, 1]) < 1e-3 < np.ptp(held[:, 0])
-    assert np.ptp(simulate(*place, drive)[:, 1]) > 0.1
+    assert np.ptp(simulate(*(*place, drive))[:, 1]) > 0.1
 
 
 def nan(state: Floats, effort: Floats, dt: float, values: dict[str, float]) -> Floats:

@@ -22,6 +22,27 @@ pub struct EpisodeDynamics {
     pub by_parameter: Vec<Vec<Vec<f64>>>,
 }
 
+/// A change of the load on an axis without a model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisLoad {
+    /// Factor on its gravity torque.
+    pub gravity_factor: f64,
+    /// Factor on its inertia.
+    pub inertia_factor: f64,
+    /// Known added coefficient of sin q in the needed effort, N·m.
+    pub gravity_torque: f64,
+    /// Known added inertia, kg·m² or kg.
+    pub inertia: f64,
+    /// Known added effort that the axis needs in every position, N·m or N.
+    pub effort: f64,
+}
+
+impl Default for AxisLoad {
+    fn default() -> Self {
+        Self { gravity_factor: 1.0, inertia_factor: 1.0, gravity_torque: 0.0, inertia: 0.0, effort: 0.0 }
+    }
+}
+
 /// A mechanism from a model file or the user's own simulator: what either computed along the motion.
 #[derive(Clone, Debug, Default)]
 pub struct Dynamics {

@@ -2,6 +2,7 @@
 //! needs. Its residual is zero for the right model.
 
 use crate::drive::Drive;
+use crate::dynamics::AxisLoad;
 use crate::laws::{JointSample, Law, law_terms, magnitude};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
 use crate::play::{Side, unseen_side};
@@ -103,8 +104,25 @@ impl<T: Real> JointModel<T> {
         command
     }
 
+    /// The recorded commands for commands that act without delays and lags: the inverse of [`Self::commands`].
+    pub fn uncommanded(&self, acting: &[f64], dt: f64) -> Vec<f64> {
+        let mut command = acting.to_vec();
+        for lag in self.laws.iter().rev().filter_map(Law::lag) {
+            command = lagged(&command, -lag.re(), dt);
+        }
+        let delay: f64 = self.laws.iter().filter_map(Law::delay).map(|delay| delay.re()).sum();
+        if delay == 0.0 { command } else { delayed(&command, -delay / dt) }
+    }
+
+    /// The same model without delays and lags.
+    pub fn without_delays(&self) -> Self {
+        let mut found = self.clone();
+        found.laws.retain(|law| law.delay().is_none() && law.lag().is_none());
+        found
+    }
+
     /// Gain of the drive in an episode.
-    fn gain_of(&self, series: &Series) -> T {
+    pub fn gain_of(&self, series: &Series) -> T {
         series.gain.map(T::lift).or(self.gain).unwrap_or_else(|| T::lift(1.0))
     }
 
@@ -134,10 +152,13 @@ impl<T: Real> JointModel<T> {
     }
 
     /// Effort that the links need without armature, damping and friction. `common` is that of the model.
-    fn needed(&self, series: &Series, common: Option<&[f64]>) -> Vec<T> {
+    fn needed(&self, series: &Series, load: &AxisLoad, common: Option<&[f64]>) -> Vec<T> {
         let axis = |k: usize| {
             let (sin, cos) = (-self.offset + series.q[k]).sin_cos();
-            self.inertia * series.a[k] + self.gravity[0] * sin + self.gravity[1] * cos
+            let own = self.inertia * series.a[k] * load.inertia_factor;
+            own + (self.gravity[0] * sin + self.gravity[1] * cos) * load.gravity_factor
+                + sin * load.gravity_torque
+                + (load.inertia * series.a[k] + load.effort)
         };
         (0..series.q.len()).map(|k| common.map_or_else(|| axis(k), |common| T::lift(common[k]))).collect()
     }
@@ -168,9 +189,10 @@ impl<T: Real> JointModel<T> {
         });
         let drive = is_driven.then(|| episode.first_stage.filtered(&raw));
         let known = episode.first_stage.filtered(&series.known);
-        let needed = self.needed(series, common);
+        let needed = self.needed(series, &episode.load, common);
         let own_inertia = |k: usize| {
-            episode.dynamics.as_ref().map_or_else(|| self.inertia.re(), |dynamics| dynamics.own_inertia[j][k])
+            let axis = || self.inertia.re() * episode.load.inertia_factor + episode.load.inertia;
+            episode.dynamics.as_ref().map_or_else(axis, |dynamics| dynamics.own_inertia[j][k])
         };
         let transmitted = |k: usize| match (&drive, setup.encoder_on_drive) {
             // The measured acceleration would let a compliance filter the noise of the positions.

@@ -33,6 +33,11 @@ impl Kernel {
         Self { value, slope, curvature, half }
     }
 
+    /// The filter that changes nothing.
+    pub fn identity() -> Self {
+        Self { value: vec![1.0], slope: vec![0.0], curvature: vec![0.0], half: 0 }
+    }
+
     /// The same filter applied twice to what it removes (twicing; Tukey 1977): slow signals keep their amplitude to
     /// fourth order in frequency, which laws that are not linear need.
     pub fn flat(sd: f64, dt: f64) -> Self {

@@ -7,6 +7,7 @@ mod answer;
 mod bandwidth;
 mod common;
 mod cross_validation;
+mod design;
 mod drive;
 mod dynamics;
 mod equation;
@@ -41,8 +42,9 @@ pub use answer::{
     JointAlternative, JointAnswer, JointBeforeAfter, JointEffect, JointFit, JointMismatch, JointNominal,
     JointParameter, JointResidual, JointWindow,
 };
+pub use design::{JointDesigner, JointLimits, NamedEffect, Plan, Separation};
 pub use drive::Drive;
-pub use dynamics::{Dynamics, EpisodeDynamics};
+pub use dynamics::{AxisLoad, Dynamics, EpisodeDynamics};
 pub use error::MechanismError;
 pub use figures::{Figures, JointFigures, OpenLoop};
 pub use laws::{JointKind, JointSample, JointScales, ParamSpec, Scale, Spec, catalogue};

@@ -45,7 +45,7 @@ pub struct FittedMechanism {
 }
 
 impl FittedMechanism {
-    fn new(problem: &Problem, fit: &Fit) -> Self {
+    pub(crate) fn new(problem: &Problem, fit: &Fit) -> Self {
         let nominal = |(slot, value): (&crate::model::Slot, &f64)| {
             matches!(slot.role, crate::model::Role::Nominal(_)).then(|| (slot.name.clone(), *value))
         };

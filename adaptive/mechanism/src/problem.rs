@@ -1,7 +1,7 @@
 //! A recording with its motion and dynamics: the data of all fits.
 
 use crate::drive::Drive;
-use crate::dynamics::{Dynamics, EpisodeDynamics};
+use crate::dynamics::{AxisLoad, Dynamics, EpisodeDynamics};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
 use crate::laws::JointScales;
@@ -61,6 +61,8 @@ pub(crate) struct EpisodeData {
     pub joints: Vec<Series>,
     /// Dynamics of the model; `None` for an axis without a model.
     pub dynamics: Option<EpisodeDynamics>,
+    /// Load on an axis without a model.
+    pub load: AxisLoad,
 }
 
 /// Parameters of an axis without a model.
@@ -301,11 +303,31 @@ fn checked(
     let problem =
         |reason: &str| MechanismError::Dynamics { episode: episode.name.clone(), reason: reason.to_owned() };
     let own = all.episodes.get(index).ok_or_else(|| problem("there is no entry for it"))?;
-    let len = episode.grid.len;
-    let fits = |series: &Vec<f64>| series.len() == len && series.iter().all(|x| x.is_finite());
     let per_joint = [all.armature.len(), all.damping.len(), all.frictionloss.len(), all.is_hinge.len()];
-    if per_joint.iter().chain(&[own.effort.len(), own.own_inertia.len()]).any(|n| *n != joints) {
-        return Err(problem("the number of joints differs from the recording's"));
+    if per_joint.iter().any(|n| *n != joints) {
+        return Err(problem(WRONG_JOINTS));
+    }
+    check_episode(own, &episode.name, (joints, all.masses.len(), episode.grid.len))?;
+    let count = all.simulator.as_ref().map_or(0, |simulator| simulator.parameters.len());
+    if count > 0 && (own.by_parameter.len() != joints || own.by_parameter.iter().any(|p| p.len() != count)) {
+        return Err(problem("`by_parameter` needs one array for each joint and parameter"));
+    }
+    Ok(own.clone())
+}
+
+const WRONG_JOINTS: &str = "the number of joints differs from the recording's";
+
+/// Check the arrays of an episode for numbers of joints, bodies and samples.
+pub(crate) fn check_episode(
+    own: &EpisodeDynamics,
+    name: &str,
+    (joints, bodies, len): (usize, usize, usize),
+) -> Result<(), MechanismError> {
+    let problem =
+        |reason: &str| MechanismError::Dynamics { episode: name.to_owned(), reason: reason.to_owned() };
+    let fits = |series: &Vec<f64>| series.len() == len && series.iter().all(|x| x.is_finite());
+    if own.effort.len() != joints || own.own_inertia.len() != joints {
+        return Err(problem(WRONG_JOINTS));
     }
     let by_parameter = own.by_parameter.iter().flatten();
     let by_body = own.by_mass.iter().flatten().chain(own.by_payload.iter().flatten().flatten());
@@ -315,14 +337,10 @@ fn checked(
             "an array has another length than the motion, or contains a value that is not finite",
         ));
     }
-    if own.by_mass.len() != joints || own.by_mass.iter().any(|bodies| bodies.len() != all.masses.len()) {
+    if own.by_mass.len() != joints || own.by_mass.iter().any(|of_joint| of_joint.len() != bodies) {
         return Err(problem("`by_mass` needs one array for each joint and body"));
     }
-    let count = all.simulator.as_ref().map_or(0, |simulator| simulator.parameters.len());
-    if count > 0 && (own.by_parameter.len() != joints || own.by_parameter.iter().any(|p| p.len() != count)) {
-        return Err(problem("`by_parameter` needs one array for each joint and parameter"));
-    }
-    Ok(own.clone())
+    Ok(())
 }
 
 fn episode_data(
@@ -342,12 +360,23 @@ fn episode_data(
         kernel: Kernel::new(motion.stage_sd, episode.grid.dt),
         joints: (0..motion.joints.len()).map(one).collect(),
         dynamics,
+        load: AxisLoad::default(),
     }
 }
 
 /// Select the samples that are compared: uniform in time, where every joint's motion is known and the joint moves.
 fn keep(episode: &mut EpisodeData, j: usize, rest_speed: f64, motions: &[EpisodeMotion]) {
     let Some(motion) = motions.iter().find(|motion| motion.name == episode.name) else { return };
+    keep_where(episode, j, rest_speed, &|k| motion.usable.iter().all(|joint| joint[k]));
+}
+
+/// [`keep`] for samples that are usable.
+pub(crate) fn keep_where(
+    episode: &mut EpisodeData,
+    j: usize,
+    rest_speed: f64,
+    usable: &dyn Fn(usize) -> bool,
+) {
     let kernel = &episode.kernel;
     let series = &mut episode.joints[j];
     let len = series.q.len();
@@ -355,7 +384,6 @@ fn keep(episode: &mut EpisodeData, j: usize, rest_speed: f64, motions: &[Episode
     let spacing = ((crate::bandwidth::SPACING_SDS * 2f64.sqrt() * motion_sd(kernel, episode.dt) / episode.dt)
         as usize)
         .max(1);
-    let usable = |k: usize| motion.usable.iter().all(|joint| joint[k]);
     let is_kept = |k: &usize| {
         usable(*k - kernel.half)
             && usable(*k)

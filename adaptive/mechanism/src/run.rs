@@ -303,10 +303,13 @@ fn tied(problem: &Problem, found: &Found, times: &[f64]) -> Vec<Vec<String>> {
     }
     let mut sets = vec![names(best)];
     for tried in &found.tried {
+        // The data determine no more parameters, and the fit is as good; or the evidence is.
         let close = tried.fit.cost(times) - best.fit.cost(times) < MAX_TIE_DIFFERENCE_NATS;
-        let is_like =
-            tried.fit.rank < best.fit.rank + 0.5 && tried.fit.effects.len() == best.fit.effects.len();
-        if close && is_like && !sets.contains(&names(tried)) {
+        let is_as_simple = tried.fit.rank < best.fit.rank + 1.0;
+        let difference = best.log_evidence(times) - tried.log_evidence(times);
+        let is_like = close && is_as_simple || difference < MAX_TIE_DIFFERENCE_NATS;
+        let is_as_many = tried.fit.effects.len() == best.fit.effects.len();
+        if is_like && is_as_many && !sets.contains(&names(tried)) {
             sets.push(names(tried));
         }
     }

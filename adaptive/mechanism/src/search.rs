@@ -114,6 +114,32 @@ impl Searcher<'_> {
         Ok(Found { base, best, support, tried })
     }
 
+    /// A model with given effects, fitted to its optimum. Values are further starting points.
+    ///
+    /// # Errors
+    /// With the effect that cannot be fitted.
+    pub fn with_effects(&self, effects: &[(Kind, Option<Vec<f64>>)]) -> Result<Tried, Kind> {
+        let mut model = self.tried(fit(self.problem, &[], None, Scope::Training, MAX_STEPS));
+        for (kind, values) in effects {
+            let times = self.times(&model);
+            let Fit { effects, slots, values: fitted, sd, .. } = &model.fit;
+            let others = Others::of(self.problem, effects, slots, fitted, sd);
+            let screened = self.screened(&model, *kind, &times, &others).map(|(_, start)| start);
+            let given = values.clone().map(|values| {
+                let all = [model.fit.fitted_effects(), vec![Effect { kind: *kind, values }]].concat();
+                fit(self.problem, &all, Some(&model.fit), Scope::Training, 0)
+            });
+            let optimum = |start: Fit| {
+                fit(self.problem, &start.fitted_effects(), Some(&start), Scope::Training, MAX_STEPS)
+            };
+            let best =
+                screened.into_iter().chain(given).map(optimum).filter(|fit| fit.cost(&times).is_finite());
+            let best = best.min_by(|a, b| a.cost(&times).total_cmp(&b.cost(&times)));
+            model = self.tried(best.ok_or(*kind)?);
+        }
+        Ok(model)
+    }
+
     pub fn tried(&self, fit: Fit) -> Tried {
         let left_out = left_out(self.problem, &fit);
         let (offered, count) = (Kind::candidates(self.problem).len(), fit.effects.len());

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from trundle import _native
@@ -41,10 +41,11 @@ def diagnose_joints(
     progress: ProgressOption = None,
     command: str | None = None,
     source: str | os.PathLike[str] | None = None,
+    advise: Callable[[JointAnswer, JointRecording], None] | None = None,
 ) -> JointDiagnosis:
     """Diagnose a recording of joints; `trundle.diagnose` describes the arguments.
 
-    `source` is the path of the recording, for the report.
+    `source` is the path of the recording, for the report; `advise` changes experiments of alternatives.
     """
     warnings = require_usable(recording) if check else []
     with report_progress(progress, "diagnose") as option:
@@ -62,6 +63,8 @@ def diagnose_joints(
         paths = _predictions(recording, motion, under_test, outcome, answer)
         own = under_test.warnings if under_test else []
         answer["warnings"] = [*warnings, *own, *answer["warnings"]]
+        if advise is not None:
+            advise(answer, recording)
         report("report", 1.0)
     from trundle.joint_diagnosis.report import render_joints  # takes long to import
 

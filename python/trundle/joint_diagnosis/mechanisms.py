@@ -21,7 +21,13 @@ from trundle.joint_diagnosis.under_test import Report
 if TYPE_CHECKING:
     from trundle.mechanism import Mechanism, Payload, Regressors
 
-__all__ = ["EpisodeMechanisms", "load_mechanisms", "model_joint_kinds"]
+__all__ = [
+    "EpisodeMechanisms",
+    "load_mechanisms",
+    "load_with_payload",
+    "model_joint_kinds",
+    "motion_dynamics",
+]
 
 MAX_CONTACT_SHARE = 0.5
 """Share of the effort of a joint from which contacts between bodies of the model are not believed."""
@@ -158,6 +164,17 @@ def _load(
     return found
 
 
+def load_with_payload(
+    recording: JointRecording, mjcf: PathLike | None, payload: Payload, *, contacts: bool
+) -> Mechanism:
+    """Load the model of a recording, or the file that replaces it, with another payload."""
+    from trundle.mechanism import Mechanism
+
+    with model_folder(recording) as folder:
+        source = Path(mjcf) if mjcf else folder / recording.metadata["mechanism"]["model"]
+        return Mechanism.load(source, recording.joints, payload=payload, contacts=contacts)
+
+
 def _payload(table: Mapping[str, Any]) -> Payload:
     from trundle.mechanism import Payload
 
@@ -215,13 +232,26 @@ def _dynamics(mechanisms: EpisodeMechanisms, motion: JointMotion) -> dict[str, A
         "gravity": [float(value) for value in first.compiled.opt.gravity],
         "is_hinge": [kind == "hinge" for kind in mechanisms.joint_kinds],
         "episodes": {
-            name: _episode(mechanisms.by_episode[name], own) for name, own in motion["episodes"].items()
+            name: motion_dynamics(mechanisms.by_episode[name], own)
+            for name, own in motion["episodes"].items()
         },
     }
 
 
-def _episode(mechanism: Mechanism, own: Any) -> dict[str, NDArray[np.float64]]:
-    found = mechanism.regressors(own["q"], own["v"], own["a"])
+def motion_dynamics(
+    mechanism: Mechanism, own: Any, *, derivatives: bool = True
+) -> dict[str, NDArray[np.float64]]:
+    """Return the effort that a mechanism needs along one motion, and its derivatives.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    own : mapping
+        Positions, velocities and accelerations "q", "v" and "a", (T, n).
+    derivatives : bool
+        Whether to evaluate derivatives by position, which take most of the time; otherwise they are zero.
+    """
+    found = mechanism.regressors(own["q"], own["v"], own["a"], derivatives=derivatives)
     armature, damping = mechanism.armature, mechanism.damping
     arrays = {
         "effort": found.effort - found.friction - armature * own["a"] - damping * own["v"],
@@ -229,6 +259,6 @@ def _episode(mechanism: Mechanism, own: Any) -> dict[str, NDArray[np.float64]]:
         "mass": np.stack([found.mass[body] for body in mechanism.bodies], 2),
         "gravity": found.gravity,
         "payload": np.stack([found.payload[body] for body in mechanism.bodies], 2),
-        "position": found.position,
+        "position": np.zeros(found.mass_matrix.shape) if found.position is None else found.position,
     }
     return {name: np.ascontiguousarray(values, dtype=float) for name, values in arrays.items()}

@@ -55,7 +55,7 @@ def test_the_chain_needs_the_same_efforts_as_the_file(folder: Path, tmp_path: Pa
         one.inverse_dynamics(q, v, a) - one.frictionloss * np.sign(v) - one.damping * v - one.armature * a
         for one in (original, chain)
     ]
-    assert np.allclose(*efforts, atol=1e-6)
+    assert np.allclose(efforts[0], efforts[1], atol=1e-6)
     assert (chain.frictionloss == 0).all() and (chain.damping > 0).all()
     # The file's armature stays; a joint without one gets a rotor.
     assert chain.armature[1] == pytest.approx(0.8) and chain.armature[0] > 0

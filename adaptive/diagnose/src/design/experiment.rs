@@ -89,18 +89,21 @@ pub(super) fn assemble(
     recorded: f64,
 ) -> Experiment {
     let sure = success_probability(separation, recorded, 1);
-    let mut repeats =
-        (1..=MAX_REPEATS).find(|n| success_probability(separation, recorded, *n) >= MIN_EFFECT_PROBABILITY);
-    if pushes.is_empty() {
-        repeats = None;
-    }
+    let repeats = if pushes.is_empty() { None } else { needed_repeats(separation, recorded) };
     let sentence = summary(&models, &pushes, separation, sure, repeats);
     Experiment { models, pushes, separation, recorded, sure, repeats, sentence }
 }
 
-/// Probability that the true model's posterior probability exceeds [`SURE`] after `n` repetitions, averaged over
+/// Number of repetitions for which [`success_probability`] reaches 0.95; `None` if it exceeds the maximum.
+#[must_use]
+pub fn needed_repeats(separation: [f64; 2], recorded: f64) -> Option<u32> {
+    (1..=MAX_REPEATS).find(|n| success_probability(separation, recorded, *n) >= MIN_EFFECT_PROBABILITY)
+}
+
+/// Probability that the true model's posterior probability exceeds 0.95 after `n` repetitions, averaged over
 /// which model is true. A log-likelihood ratio with mean `D` under the true model is normal with variance `2 D`.
-fn success_probability([first, second]: [f64; 2], recorded: f64, n: u32) -> f64 {
+#[must_use]
+pub fn success_probability([first, second]: [f64; 2], recorded: f64, n: u32) -> f64 {
     let needed = (MIN_EFFECT_PROBABILITY / (1.0 - MIN_EFFECT_PROBABILITY)).ln();
     let one = |separation: f64, prior_ratio: f64| {
         let mean = f64::from(n) * separation;

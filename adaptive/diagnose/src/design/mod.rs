@@ -20,7 +20,7 @@ mod verification;
 pub use certificate::{Certificate, certificate};
 pub(crate) use certificate::{OPEN_LOOP_NOISE_FACTOR, SimulatedPair, certificate_from_simulations};
 pub use competing_model::CompetingModel;
-pub use experiment::{Experiment, PlannedPush, experiment};
+pub use experiment::{Experiment, PlannedPush, experiment, needed_repeats, success_probability};
 pub use model_files::{DesignedExperiment, ModelFile, PushedObject, design_experiment};
 pub use push::{Profile, Push};
 pub(crate) use separation::misfit_after_refit;
