@@ -68,9 +68,9 @@ mod tests {
 
     impl Dynamics for UnitMass {
         fn step(&self, state: &mut State<f64>, applied: &[f64; 3], _: Clock, dt: f64) {
-            for k in 0..3 {
-                state.pose[k] += dt * (state.twist[k] + dt * applied[k] / 2.0);
-                state.twist[k] += dt * applied[k];
+            for (k, force) in applied.iter().enumerate() {
+                state.pose[k] += dt * (state.twist[k] + dt * force / 2.0);
+                state.twist[k] += dt * force;
             }
         }
     }
