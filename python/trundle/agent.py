@@ -19,7 +19,7 @@ from trundle.envs.observation import COMMON_ENTRIES, Observation
 from trundle.learners import make_learner
 from trundle.picture import outlines
 
-__all__ = ["AdaptiveAgent", "AgentSettings", "Belief", "Pushable", "Update"]
+__all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
 
 Array: TypeAlias = NDArray[np.float64]
 

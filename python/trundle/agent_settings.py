@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from trundle._native import TrundleError
+from trundle.display.fields import DisplayedFields
 from trundle.learners import KINDS, REGRESSIONS, Kind
 from trundle.settings import SettingsError, typed
 
@@ -19,8 +20,8 @@ MAX_STARTS = 1000
 """Maximum number of random starts of a search."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class AgentSettings:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class AgentSettings(DisplayedFields):
     """Settings of `trundle.AdaptiveAgent`.
 
     Attributes

@@ -131,7 +131,9 @@ def test_other_learners_reach_the_goal(learner: str) -> None:
 
 
 def test_planning_uses_a_locally_weighted_regression() -> None:
-    belief, _ = played(24, "trundle/LockedWheel-v0", learner="local", samples=32, iterations=2)
+    belief, _ = played(
+        24, "trundle/LockedWheel-v0", learner="local", planner={"samples": 32, "iterations": 2}
+    )
     assert belief.regression is not None
     assert belief.regression.widths is not None
 

@@ -74,5 +74,5 @@ def lost_within(seconds: float) -> bool:
 
 def test_braking_prevents_the_loss_of_an_object(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not lost_within(2.0)
-    monkeypatch.setattr(trundle.agent, "exceeds_limits_soon", lambda seen: False)
+    monkeypatch.setattr(trundle.agent, "exceeds_limits_soon", lambda seen, late: False)
     assert lost_within(2.0)

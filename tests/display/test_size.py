@@ -113,8 +113,7 @@ def mechanism_model() -> trundle.mechanism.MechanismModel:
     )
 
 
-@functools.cache
-def joint_diagnosis() -> trundle.JointDiagnosis:
+def bench() -> trundle.JointRecording:
     t = np.arange(0.0, 10.0, 0.01)
     q = np.sin(2.0 * t) + 0.5 * np.sin(3.1 * t)
     v = 2.0 * np.cos(2.0 * t) + 1.55 * np.cos(3.1 * t)
@@ -126,7 +125,17 @@ def joint_diagnosis() -> trundle.JointDiagnosis:
         "mechanism": {"axis": "hinge", "joints": ["arm"]},
     }
     episodes = {"swing": {"t": t, "q_arm": q, "effort_arm": effort}}
-    return trundle.diagnose(trundle.JointRecording(metadata, episodes), check=False)
+    return trundle.JointRecording(metadata, episodes)
+
+
+@functools.cache
+def joint_diagnosis() -> trundle.JointDiagnosis:
+    return trundle.diagnose(bench(), check=False)
+
+
+@functools.cache
+def joint_design() -> trundle.JointDesign:
+    return trundle.design("joint_dry_friction:arm", "joint_cogging:arm", recording=bench())
 
 
 def joint_recording() -> trundle.JointRecording:
@@ -143,6 +152,7 @@ def joint_recording() -> trundle.JointRecording:
 
 MAKE: dict[str, Callable[[], Any]] = {
     "AdaptiveAgent": agent,
+    "AgentSettings": lambda: trundle.AgentSettings(planner={"samples": 64}),
     "Belief": lambda: agent().beliefs[0],
     "Design": design,
     "DesignedPush": lambda: design().pushes[0],
@@ -152,6 +162,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "Findings": lambda: trundle.Findings([trundle.Finding("a", "note", "x" * 300, "y" * 300)] * 99),
     "Fit": fit,
     "JointEpisode": lambda: joint_recording()["episode_00"],
+    "JointDesign": joint_design,
     "JointDiagnosis": joint_diagnosis,
     "Mechanism": mechanism,
     "Regressors": lambda: mechanism().regressors(*np.zeros((3, 50, 1))),

@@ -93,12 +93,8 @@ fn verdict(
     problem: &Problem,
     given: Option<bool>,
 ) -> Verdict {
-    let is_lacking = |j: usize| {
-        let square = |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]);
-        let gained = (square(&found.base) - square(&found.best)).max(0.0);
-        let missing = before[j].mean_square.max(gained + after[j].mean_square);
-        after[j].is_material && after[j].mean_square > MAX_RESIDUAL_GAIN_SHARE * missing
-    };
+    let is_lacking =
+        |j: usize| after[j].is_material && remaining(found, before, after, j) > MAX_RESIDUAL_GAIN_SHARE;
     let has_lack = (0..problem.joints.len()).any(is_lacking);
     match (found.best.fit.effects.is_empty(), has_lack) {
         (_, true) => Verdict::Unexplained,
@@ -106,6 +102,14 @@ fn verdict(
         (true, false) if given == Some(false) => Verdict::Reparameterised,
         (true, false) => Verdict::Consistent,
     }
+}
+
+/// Share of a joint's misfit beyond noise that remains with the effects.
+fn remaining(found: &Found, before: &[LackOfFit], after: &[LackOfFit], j: usize) -> f64 {
+    let square = |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]);
+    let gained = (square(&found.base) - square(&found.best)).max(0.0);
+    let missing = before[j].mean_square.max(gained + after[j].mean_square);
+    if missing > 0.0 { after[j].mean_square.max(0.0) / missing } else { 0.0 }
 }
 
 fn answer(
@@ -126,9 +130,14 @@ fn answer(
     for k in 0..best.fit.effects.len() {
         let simpler = searcher.without_effect(&best, k, &mut found.tried);
         let support = found.support.get(k).copied().unwrap_or(Support { probability: 0.5, error_ratio: 1.0 });
-        let chance = support.probability.min(probability_of(found, &weights, best.fit.effects[k].kind));
+        let kind = best.fit.effects[k].kind;
+        let chance = support.probability.min(probability_of(found, &weights, kind));
+        let left = |j: usize| remaining(found, before, after, j);
+        // Effects that leave much of the misfit are less probably the right ones.
+        let explained =
+            1.0 - kind.joint().map_or_else(|| (0..times.len()).map(left).fold(0.0, f64::max), left);
         let explains = rise(problem, &simpler.fit, &best.fit);
-        missing.push(reported(problem, &best.fit, &spread, k, calibrated(chance), explains));
+        missing.push(reported(problem, &best.fit, &spread, k, calibrated(chance).min(explained), explains));
     }
     missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
     let tied = tied(problem, found, &times);

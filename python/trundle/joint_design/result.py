@@ -113,11 +113,15 @@ class JointDesign(Displayed):
 
     Examples
     --------
-    >>> design = trundle.design(  # doctest: +SKIP
-    ...     "joint_dry_friction:arm", "joint_load_friction:arm", recording="bench/"
-    ... )
-    >>> design.rig_can_tell, design.change  # doctest: +SKIP
-    (False, 'with the same load attached a second time')
+    >>> t = np.arange(0, 10, 0.01)
+    >>> q, a = np.sin(2 * t) + 0.3 * np.sin(5.3 * t), -4 * np.sin(2 * t) - 8.427 * np.sin(5.3 * t)
+    >>> v = 2 * np.cos(2 * t) + 1.59 * np.cos(5.3 * t)
+    >>> columns = {"t": t, "q_arm": q, "effort_arm": 0.1 * a + 0.05 * v + 0.4 * np.sign(v)}
+    >>> metadata = {"format": "trundle-recording/2", "name": "bench"}
+    >>> metadata["mechanism"] = {"axis": "hinge", "joints": ["arm"]}
+    >>> bench = trundle.JointRecording(metadata, {"one": columns})
+    >>> trundle.design("joint_dry_friction:arm", "joint_cogging:arm", recording=bench).rig_can_tell
+    True
     """
 
     models: tuple[str, str]
