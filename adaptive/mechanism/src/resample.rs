@@ -39,21 +39,38 @@ fn before(t: &[f64], at: f64) -> usize {
 ///
 /// A held sample belongs to the middle of its interval. Holding also attenuates, by sinc(f T): to second order the same
 /// as adding a 24th of the second difference. Where there are several samples in an interval of the grid, their mean is
-/// used.
+/// used. Samples that are held for longer, such as those of a stream that records changes only, are repeated.
 pub(crate) fn held(t: &[f64], values: &[f64], grid: &Grid) -> Vec<f64> {
-    let Some(interval) = median_interval(t) else {
-        return vec![values.first().copied().unwrap_or(0.0); grid.len];
-    };
-    if 3.0 * interval <= grid.dt {
-        let mean = |k: usize| mean_held(t, values, grid.t(k) - grid.dt / 2.0, grid.t(k) + grid.dt / 2.0);
-        return centred((0..grid.len).map(mean).collect());
+    if median_interval(t).is_some_and(|interval| 3.0 * interval <= grid.dt) {
+        return centred(held_means(t, values, grid));
     }
-    let last = t.len() - 1;
-    let middle: Vec<f64> = (0..=last)
-        .map(|k| if k < last { f64::midpoint(t[k], t[k + 1]) } else { t[k] + interval / 2.0 })
-        .collect();
-    let smooth = |k: usize| values[k] + second_difference(values, k) / 24.0;
-    interpolated(&middle, &(0..=last).map(smooth).collect::<Vec<f64>>(), grid)
+    let (middle, pieces) = pieces(t, values, grid);
+    let smooth = |k: usize| pieces[k] + second_difference(&pieces, k) / 24.0;
+    interpolated(&middle, &(0..pieces.len()).map(smooth).collect::<Vec<f64>>(), grid)
+}
+
+/// Held samples as pieces of about the median interval: the middle times of the pieces, and their values. The last sample
+/// is held to the end of the grid.
+fn pieces(t: &[f64], values: &[f64], grid: &Grid) -> (Vec<f64>, Vec<f64>) {
+    let (mut middle, mut found) = (vec![], vec![]);
+    let usual = median_interval(t).unwrap_or(grid.dt).max(f64::MIN_POSITIVE);
+    let end = grid.t(grid.len);
+    for (k, value) in values.iter().enumerate() {
+        let until = t.get(k + 1).copied().unwrap_or(end.max(t[k] + usual));
+        let count = ((until - t[k]) / usual).round().max(1.0);
+        let length = (until - t[k]) / count;
+        for piece in 0..count as usize {
+            middle.push(t[k] + (piece as f64 + 0.5) * length);
+            found.push(*value);
+        }
+    }
+    (middle, found)
+}
+
+/// Means over the intervals of the grid of samples that are held until the next one.
+pub(crate) fn held_means(t: &[f64], values: &[f64], grid: &Grid) -> Vec<f64> {
+    let half = grid.dt / 2.0;
+    (0..grid.len).map(|k| mean_held(t, values, grid.t(k) - half, grid.t(k) + half)).collect()
 }
 
 fn second_difference(values: &[f64], k: usize) -> f64 {
@@ -154,6 +171,21 @@ mod tests {
                 let expected = command(GRID.t(k) - interval / 2.0) * (1.0 - (3.0 * interval).powi(2) / 24.0);
                 assert!((found - expected).abs() < error, "{interval} {k}: {found} {expected}");
             }
+        }
+    }
+
+    #[test]
+    fn repeated_commands_may_be_left_out() {
+        let t: Vec<f64> = (0..101).map(|k| f64::from(k) * 0.01).collect();
+        let ramp_then_rest = |t: &f64| t.min(0.4) + f64::from(u8::from(*t > 0.795));
+        let values: Vec<f64> = t.iter().map(ramp_then_rest).collect();
+        let is_new = |k: &usize| *k == 0 || values[*k] != values[*k - 1];
+        let kept: Vec<usize> = (0..101).filter(is_new).collect();
+        let [times, commands] = [&t, &values].map(|all| kept.iter().map(|k| all[*k]).collect::<Vec<f64>>());
+        let (sparse, dense) = (held(&times, &commands, &GRID), held(&t, &values, &GRID));
+        assert!(kept.len() < 50);
+        for (k, (a, b)) in sparse.iter().zip(&dense).enumerate() {
+            assert!((a - b).abs() < 1e-9, "{k}: {a} {b}");
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::bandwidth::{Positions, noise};
 use crate::drive::Drive;
 use crate::motion::EpisodeMotion;
-use crate::resample::{held, interpolated, median_interval};
+use crate::resample::{held, held_means, interpolated, median_interval};
 use trundle_record::{FreeOr, JointRecording};
 
 /// One joint in one episode, at the uniform times of the motion.
@@ -52,6 +52,9 @@ impl Series {
             let (t, values) = stream(name, meta.delay_of(name, joint))?;
             Some(if is_held { held(&t, &values, grid) } else { interpolated(&t, &values, grid) })
         };
+        // A switch is not smooth.
+        let switch =
+            stream("on", meta.delay_of("on", joint)).map(|(t, values)| held_means(&t, &values, grid));
         let zeros = || vec![0.0; grid.len];
         let (command, gain) = match drive {
             Drive::None => (None, Some(1.0)),
@@ -75,8 +78,7 @@ impl Series {
             },
             limit: (drive == Drive::Target).then_some(target.limit).flatten(),
             known: sampled("known", false).unwrap_or_else(zeros),
-            on: sampled("on", true)
-                .map_or_else(|| vec![1.0; grid.len], |on| on.iter().map(|x| x.clamp(0.0, 1.0)).collect()),
+            on: switch.unwrap_or_else(|| vec![1.0; grid.len]),
             load: sampled("load", false),
             kept: vec![],
         }
