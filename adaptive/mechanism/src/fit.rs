@@ -156,7 +156,7 @@ pub(crate) fn fit_with(
         if let Some((j, others)) = approximated {
             others.add_to(j, &values, &mut matrix, &mut right);
         }
-        let mut accepted = false;
+        let mut gain = None;
         while damping < 1e6 {
             let Some(step) = bounded_step(&matrix, &right, &slots, &values, damping, &is_free) else {
                 damping = (damping * 100.0).max(1e-3);
@@ -167,22 +167,20 @@ pub(crate) fn fit_with(
             let next_sd = spread(&tried);
             let next_cost = objective(&tried, &next_sd, &next);
             if next_cost < cost {
-                let gain = cost - next_cost;
+                gain = Some(cost - next_cost);
                 (values, cost) = (next, next_cost);
                 damping = (damping * 0.1).max(1e-9);
-                accepted = gain > TOLERANCE * (1.0 + cost.abs());
                 break;
             }
             damping = (damping * 10.0).max(1e-4);
         }
-        if !accepted {
-            break;
-        }
+        let Some(gain) = gain else { break };
         rows = evaluate(problem, effects, &slots, &values, scope, true);
         sd = spread(&rows);
+        if gain <= TOLERANCE * (1.0 + cost.abs()) {
+            break;
+        }
     }
-    let rows = evaluate(problem, effects, &slots, &values, scope, true);
-    let sd = spread(&rows);
     let mut samples = vec![0; problem.joints.len()];
     rows.iter().for_each(|own| samples[own.joint] = own.residual.len());
     let penalty = penalty(&slots, &values);

@@ -32,6 +32,7 @@ mod rows;
 mod run;
 mod search;
 mod series;
+mod shift;
 mod simulation;
 mod simulator;
 mod statement;

@@ -172,6 +172,39 @@ fn the_answer_does_not_depend_on_the_recorded_unit_of_a_command() {
         scale(episode, "effort_arm", 1.0 / 32.0);
     });
     assert_same(&other, &reference);
+    let [a, b] =
+        [other, reference].map(|answer| answer.fit.held_out.unwrap().after.relative_effort_rmse.unwrap());
+    assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+}
+
+/// The recording without effects, its readings early by a number of samples.
+fn early_readings(samples: f64) -> JointAnswer {
+    answer(&recording(nothing, 0.0, exact, "", &|episode| {
+        let column = episode.columns.get_mut("effort_arm").unwrap();
+        let last = column.len() - 1;
+        let at = |k: usize| {
+            let place = (k as f64 + samples).min(last as f64);
+            let (before, share) = (place as usize, place.fract());
+            column[before] * (1.0 - share) + column[(before + 1).min(last)] * share
+        };
+        *column = (0..=last).map(at).collect();
+    }))
+}
+
+#[test]
+fn a_shift_within_half_a_sample_is_no_delay() {
+    let within = early_readings(0.4);
+    assert_eq!((within.verdict, names(&within)), (Verdict::Consistent, vec![]));
+    let timing = within.nominal.after["timing:arm"].mean.unwrap();
+    assert!((timing - 0.4 * 0.005).abs() < 5e-4, "{timing}");
+    assert_eq!(names(&early_readings(4.0)), ["effort_delay"]);
+}
+
+#[test]
+fn an_effect_that_leaves_much_of_the_misfit_is_less_probable() {
+    let answer = diagnosed(|t, _, _| 0.03 * (1.7 * t).sin(), 0.08, exact);
+    assert_eq!(names(&answer), ["joint_dry_friction"]);
+    assert!(answer.missing[0].probability < 0.95, "{}", answer.missing[0].probability);
 }
 
 #[test]

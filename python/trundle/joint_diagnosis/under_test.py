@@ -1,4 +1,4 @@
-"""What the diagnosis needs of the mechanism under test, whatever simulates it."""
+"""What the diagnosis needs of the mechanism under test, for any simulator."""
 
 from __future__ import annotations
 

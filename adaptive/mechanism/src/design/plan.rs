@@ -28,7 +28,7 @@ pub struct Plan {
 impl Plan {
     /// The problem whose only episode is this motion; `stage_sd` is the standard deviation of a stage of the filter.
     ///
-    /// The planned motion needs no smoothing: one filter stands for both stages of a recording.
+    /// The planned motion needs no smoothing: one filter replaces both stages of a recording.
     pub(super) fn problem(
         &self,
         template: &Problem,
