@@ -8,6 +8,8 @@ from trundle.joint_design.separation import Candidate
 
 __all__ = ["instruction", "summary"]
 
+FEW_NATS = 0.01
+"""Separation below which its size does not matter."""
 MANY_NATS = 1000.0
 """Separation beyond which the number does not matter."""
 
@@ -74,4 +76,8 @@ def summary(
 
 
 def _nats(value: float) -> str:
-    return "over 1000" if value > MANY_NATS else f"{value:.2g}" if value < 10 else f"{value:.0f}"
+    if value > MANY_NATS:
+        return "over 1000"
+    if value < FEW_NATS:
+        return f"under {FEW_NATS}"
+    return f"{value:.2g}" if value < 10 else f"{value:.0f}"

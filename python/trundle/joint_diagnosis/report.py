@@ -181,9 +181,13 @@ def _figures(
 
 def _shares(answer: JointAnswer) -> list[tuple[str, str, str]]:
     """Return each joint with its share of the misfit and the residual effort."""
-    shares, rest = answer["mismatch"]["joints"], answer["residual"]["effort_rms"]
+    shares, residual = answer["mismatch"]["joints"], answer["residual"]
+    rest = {
+        joint: f"{format_significant(rms)} {residual['effort_unit'][joint]}"
+        for joint, rms in residual["effort_rms"].items()
+    }
     return [
-        (joint, format_percent(share), format_significant(rest[joint]) if joint in rest else "–")
+        (joint, format_percent(share), rest.get(joint, "–"))
         for joint, share in sorted(shares.items(), key=lambda item: -item[1])
     ]
 
