@@ -18,9 +18,8 @@ impl Searcher<'_> {
             let reduced = self.without_effect(&model, index, tried);
             let times = self.times(&model);
             for child in self.children(&reduced, tried, &|_| true)? {
-                if child.log_evidence(&times) > model.log_evidence(&times) + 1.0
-                    && self.all_pass(&child, tried)
-                {
+                let is_better = child.log_evidence(&times) > model.log_evidence(&times) + 1.0;
+                if is_better && self.predicts(&model, &child) && self.all_pass(&child, tried) {
                     model = child;
                     break;
                 }
@@ -74,8 +73,8 @@ impl Searcher<'_> {
                 let can_replace =
                     |kind: Kind| kind.joint().is_none_or(|j| joints.iter().all(|joint| *joint == Some(j)));
                 for child in self.children(&reduced, tried, &can_replace)? {
-                    if child.log_evidence(&times) > model.log_evidence(&times) && self.all_pass(&child, tried)
-                    {
+                    let is_better = child.log_evidence(&times) > model.log_evidence(&times);
+                    if is_better && self.predicts(&model, &child) && self.all_pass(&child, tried) {
                         model = child;
                         continue 'pairs;
                     }

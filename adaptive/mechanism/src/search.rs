@@ -193,7 +193,7 @@ impl Searcher<'_> {
 
     /// Whether the simulated motion of an axis is no worse, where it can be simulated. Where no inertia is given, effects
     /// can balance each other's efforts without any motion.
-    fn predicts(&self, simpler: &Tried, fuller: &Tried) -> bool {
+    pub fn predicts(&self, simpler: &Tried, fuller: &Tried) -> bool {
         let error = |tried: &Tried| figures(self.problem, &tried.fit, false)?.relative_window_rmse;
         match (error(simpler), error(fuller)) {
             (Some(before), Some(after)) => after * after <= MIN_MATERIAL_ERROR_RATIO * before * before,
