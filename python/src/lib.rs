@@ -28,6 +28,7 @@ mod paper;
 mod plain;
 mod posterior;
 mod push;
+mod push_batch;
 mod record;
 mod sim;
 mod simulator;
@@ -48,6 +49,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     record::register(module)?;
     joint_record::register(module)?;
     push::register(module)?;
+    push_batch::register(module)?;
     sim::register(module)?;
     inspect::register(module)?;
     laws::register(module)?;

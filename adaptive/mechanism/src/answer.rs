@@ -89,6 +89,8 @@ pub struct JointResidual {
     pub effort_unit: BTreeMap<String, &'static str>,
     /// Share of the misfit before.
     pub share: Option<f64>,
+    /// How far the effects reduce each joint's misfit towards the noise: 0 not at all, 1 to the noise; logarithmic.
+    pub explained: BTreeMap<String, f64>,
     /// The motion during which it occurs, in words.
     pub regime: Option<String>,
 }

@@ -23,6 +23,8 @@ pub(crate) struct Residual<T> {
     pub values: Vec<T>,
     /// Its derivative by the effort on the joint; zero where friction holds the joint.
     pub per_effort: Vec<f64>,
+    /// Level of the dry friction, effort.
+    pub friction: Vec<f64>,
 }
 
 /// Parameters of one joint's equation, and its laws.
@@ -214,7 +216,7 @@ impl<T: Real> JointModel<T> {
         let compliant = elastic.or(loose);
         let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
-        let mut per_effort = vec![0.0; series.q.len()];
+        let (mut per_effort, mut friction) = (vec![0.0; series.q.len()], vec![0.0; series.q.len()]);
         // With a free gain, residuals are compared in units of the reading: no gain makes them smaller.
         let gain = self
             .gain
@@ -239,6 +241,7 @@ impl<T: Real> JointModel<T> {
                 net += law.effort(&at);
                 level += law.dry_friction(&at);
             }
+            friction[k] = level.re().abs();
             let direction = if v.abs() >= setup.rest_speed { v } else { net.re() };
             if v.abs() < setup.rest_speed && net.re().abs() <= level.re() {
                 // Friction holds the joint.
@@ -251,7 +254,7 @@ impl<T: Real> JointModel<T> {
             error * factor
         };
         let values = (0..series.q.len()).map(one).collect();
-        Residual { values, per_effort }
+        Residual { values, per_effort, friction }
     }
 
     /// Effort by which a compliance between drive and joint changes the equation; `None` without one.

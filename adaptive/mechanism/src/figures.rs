@@ -50,6 +50,11 @@ impl Sum {
         }
     }
 
+    fn add_weighted(&mut self, error: f64, weight: f64) {
+        self.0 += weight * error * error;
+        self.1 += weight;
+    }
+
     fn rms(self) -> Option<f64> {
         (self.1 > 0.0 && self.0.is_finite()).then(|| (self.0 / self.1).sqrt())
     }
@@ -95,8 +100,12 @@ pub(crate) fn figures(problem: &Problem, fit: &Fit, held_out: bool) -> Option<Fi
     for (j, joint) in problem.joints.iter().enumerate() {
         let mut effort = Sum::default();
         for own in rows.iter().filter(|own| own.joint == j) {
-            let error = |(r, per_effort): (&f64, &f64)| if *per_effort > 0.0 { r / per_effort } else { 0.0 };
-            effort.add(own.residual.iter().zip(&own.per_effort).map(error));
+            for (row, place) in own.places.iter().enumerate() {
+                let weight = problem.episodes[place.episode].joints[j].weight[place.sample];
+                let (residual, per_effort) = (own.residual[row], own.per_effort[row]);
+                let error = if per_effort > 0.0 { residual / per_effort } else { 0.0 };
+                effort.add_weighted(error, weight * weight);
+            }
         }
         let (mut whole, mut windows) = (Sum::default(), Sum::default());
         for episode in &episodes {

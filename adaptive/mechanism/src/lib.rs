@@ -28,6 +28,8 @@ mod periodogram;
 mod play;
 mod problem;
 mod resample;
+mod rest;
+mod rivals;
 mod rows;
 mod run;
 mod search;

@@ -4,6 +4,7 @@ use crate::drive::Drive;
 use crate::laws::{Applies, BASE_TILT, ENCODER_OFFSET, JointKind, PAYLOAD, ParamSpec, Spec};
 use crate::problem::Problem;
 use crate::units::{EffortUnit, Unit};
+use std::collections::BTreeMap;
 use trundle_record::EffortSource;
 
 /// Standard deviation of a parameter's prior, in units of its scale.
@@ -266,6 +267,14 @@ fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param
         start: effect.values[i],
         bounds,
         prior: [centre, PRIOR_SD * scale.max(effect.values[i].abs())],
+    }
+}
+
+/// Where an effect acts, as in `diagnosis.json`.
+pub(crate) fn place(problem: &Problem, kind: Kind) -> Option<BTreeMap<&'static str, String>> {
+    match kind {
+        Kind::Payload(body) => Some(BTreeMap::from([("body", problem.bodies[body].0.clone())])),
+        _ => kind.joint().map(|j| BTreeMap::from([("joint", problem.joints[j].name.clone())])),
     }
 }
 

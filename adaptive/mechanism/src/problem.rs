@@ -384,13 +384,9 @@ pub(crate) fn keep_where(
     let spacing = ((crate::bandwidth::SPACING_SDS * 2f64.sqrt() * motion_sd(kernel, episode.dt) / episode.dt)
         as usize)
         .max(1);
-    let is_kept = |k: &usize| {
-        usable(*k - kernel.half)
-            && usable(*k)
-            && usable(*k + kernel.half)
-            && kernel.at(&moving, *k) >= MIN_MOVING_SHARE
-    };
-    series.kept = (kernel.half..len.saturating_sub(kernel.half)).step_by(spacing).filter(is_kept).collect();
+    let is_usable = |k: &usize| usable(*k - kernel.half) && usable(*k) && usable(*k + kernel.half);
+    let all = (kernel.half..len.saturating_sub(kernel.half)).step_by(spacing).filter(is_usable);
+    (series.kept, series.resting) = all.partition(|k| kernel.at(&moving, *k) >= MIN_MOVING_SHARE);
 }
 
 fn motion_sd(kernel: &Kernel, dt: f64) -> f64 {

@@ -35,7 +35,7 @@ pub(crate) struct JointRows {
     pub joint: usize,
     pub places: Vec<Place>,
     pub residual: DVector<f64>,
-    /// Derivative of each residual by the effort on the joint.
+    /// Derivative of each residual by the effort on the joint. Residuals are weighted, see [`crate::rest`].
     pub per_effort: Vec<f64>,
     pub jacobian: DMatrix<f64>,
     /// Slots of the columns.
@@ -110,22 +110,23 @@ fn joint_rows(
             let found = model.residual(problem, j, episode, needed.as_deref());
             for k in &series.kept {
                 let compared = episode.kernel.at(&found.values, *k);
+                let weight = series.weight[*k];
                 if pass == 0 {
-                    residual.push(compared.re);
+                    residual.push(weight * compared.re);
                 }
                 for place in 0..chunk.len() {
-                    columns[pass * WIDTH + place].push(compared.eps[place]);
+                    columns[pass * WIDTH + place].push(weight * compared.eps[place]);
                 }
             }
             per_effort = found.per_effort;
         }
-        sizes.extend(series.kept.iter().map(|k| per_effort[*k]));
+        sizes.extend(series.kept.iter().map(|k| series.weight[*k] * per_effort[*k]));
         if let (Some(dynamics), true) = (&episode.dynamics, with_derivatives) {
             for (place, slot) in shared.iter().enumerate() {
                 let mut slope = common::slope(problem, dynamics, j, effects, &slots[*slot], (slots, values));
                 slope.iter_mut().zip(&per_effort).for_each(|(x, factor)| *x *= factor);
                 let column = &mut columns[own.len() + place];
-                column.extend(series.kept.iter().map(|k| -episode.kernel.at(&slope, *k)));
+                column.extend(series.kept.iter().map(|k| -series.weight[*k] * episode.kernel.at(&slope, *k)));
             }
         }
         let len = series.q.len();
@@ -153,13 +154,17 @@ fn joint_rows(
     }
 }
 
-/// Robust standard deviation of residuals, and the weight of each.
-pub(crate) fn robust_sd(problem: &Problem, joint: usize, residual: &DVector<f64>) -> f64 {
+/// Least standard deviation of a joint's residual. No model is better than the noise of the readings: smaller residuals
+/// would be noise that terms of the equation have in common.
+pub(crate) fn noise_floor(problem: &Problem, joint: usize) -> f64 {
     let setup = &problem.joints[joint];
     let share = if setup.drive == Drive::None { MIN_NUMERICAL_ERROR } else { MIN_DRIVE_ERROR };
-    // No model is better than the noise of the readings: smaller residuals would be noise that terms of the equation have
-    // in common.
-    let floor = setup.sensor_noise[0].hypot(setup.sensor_noise[1]).max(share * setup.scales.effort);
+    setup.sensor_noise[0].hypot(setup.sensor_noise[1]).max(share * setup.scales.effort)
+}
+
+/// Robust standard deviation of residuals.
+pub(crate) fn robust_sd(problem: &Problem, joint: usize, residual: &DVector<f64>) -> f64 {
+    let floor = noise_floor(problem, joint);
     if residual.is_empty() {
         return floor;
     }

@@ -98,8 +98,36 @@ impl Searcher<'_> {
     pub fn run(&self) -> Result<Found, MechanismError> {
         self.watch.progress("the mechanism under test", 0.0);
         let base = self.tried(fit(self.problem, &[], None, Scope::Training, MAX_STEPS));
-        let mut tried = vec![base.clone()];
-        let mut best = base.clone();
+        self.continued(base.clone(), base.clone(), vec![base])
+    }
+
+    /// Continue a search whose problem has changed a little: all its models are fitted again.
+    pub fn run_again(&self, before: &Found) -> Result<Found, MechanismError> {
+        let again = |steps: usize| {
+            move |old: &Tried| {
+                self.tried(fit(
+                    self.problem,
+                    &old.fit.fitted_effects(),
+                    Some(&old.fit),
+                    Scope::Training,
+                    steps,
+                ))
+            }
+        };
+        let tried = on_all_cores(self.watch, |_| {
+            Ok::<_, MechanismError>(
+                before.tried.par_iter().map(again(SCREENING_STEPS)).collect::<Vec<Tried>>(),
+            )
+        })?;
+        self.continued(again(MAX_STEPS)(&before.base), again(MAX_STEPS)(&before.best), tried)
+    }
+
+    fn continued(
+        &self,
+        base: Tried,
+        mut best: Tried,
+        mut tried: Vec<Tried>,
+    ) -> Result<Found, MechanismError> {
         let limit = MAX_EFFECTS_PER_JOINT * self.problem.joints.len();
         while best.fit.effects.len() < limit {
             self.watch.progress("missing effects", best.fit.effects.len() as f64 / limit as f64);

@@ -30,6 +30,11 @@ pub(crate) struct Series {
     pub load: Option<Vec<f64>>,
     /// Samples that are compared.
     pub kept: Vec<usize>,
+    /// Samples around which the joint rests or turns. They are compared with the weight that friction allows; see
+    /// [`crate::rest`].
+    pub resting: Vec<usize>,
+    /// Factor of the residual at each sample.
+    pub weight: Vec<f64>,
 }
 
 impl Series {
@@ -81,6 +86,8 @@ impl Series {
             on: switch.unwrap_or_else(|| vec![1.0; grid.len]),
             load: sampled("load", false),
             kept: vec![],
+            resting: vec![],
+            weight: vec![1.0; grid.len],
         }
     }
 

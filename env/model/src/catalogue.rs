@@ -2,7 +2,8 @@
 
 use crate::Real;
 use crate::effects;
-use crate::law::{Clock, EffectLaw, GeneralisedForce, Lags, LawContext, LawSetup, Rigid, Spec};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{Clock, EffectLaw, Lags, LawContext, LawSetup, Rigid, Spec};
 
 macro_rules! catalogue {
     ($($module:ident :: $Law:ident),* $(,)?) => {

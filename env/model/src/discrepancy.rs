@@ -9,7 +9,8 @@
 //! The wrench vanishes far from the training data (Rasmussen & Williams 2006, ch. 8: subset of regressors).
 //! `model.toml` stores it in the table `[unnamed]`.
 
-use crate::law::{Clock, GeneralisedForce, LawContext};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{Clock, LawContext};
 use crate::{ModelError, Real, to_body};
 use serde::{Deserialize, Serialize};
 

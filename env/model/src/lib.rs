@@ -18,6 +18,7 @@ mod error;
 mod file;
 mod fixture;
 mod frames;
+mod generalised_force;
 mod heading;
 mod implicit;
 mod kinds;
@@ -49,10 +50,11 @@ pub use error::{ModelError, NotFinite};
 pub use file::Posterior;
 pub use fixture::{Fixture, Support};
 pub use frames::{to_body, to_world, transport};
+pub use generalised_force::GeneralisedForce;
 pub use kinds::Proposal;
 pub use law::{
-    BODY_VALUE, Clock, EffectTarget, GeneralisedForce, InnerState, Lags, LawContext, MAX_INNER_STATES, Param,
-    Prior, Rigid, Role, Spec,
+    BODY_VALUE, Clock, EffectTarget, InnerState, Lags, LawContext, MAX_INNER_STATES, Param, Prior, Rigid,
+    Role, Spec,
 };
 pub use linear_propagator::LinearPropagator;
 pub use model::{Effect, Model, Slot};

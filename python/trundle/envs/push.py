@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from os import PathLike, fspath
 from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
-import tomli_w
 from gymnasium.error import InvalidAction, ResetNeeded
 from numpy.typing import NDArray
 
 from trundle._native import NotFiniteError, Pushing, Snapshot, TrundleError
+from trundle.envs.push_options import Names, options_toml, reset_options
 from trundle.envs.view import draw, require_episode
 from trundle.envs.window import Window
 
@@ -21,12 +20,8 @@ __all__ = ["ActionError", "Push"]
 Array = NDArray[np.float64]
 Action = NDArray[np.float32]
 
-Names = str | PathLike[str] | Sequence[str | PathLike[str]]
-
-RESET_OPTIONS = ("start", "goal", "grasp", "same_object")
 RENDER_MODES = ("rgb_array", "human")
 DTYPES = ("float64", "float32")
-DEFAULT_OBJECT = "office_table"
 REACH, FACING = 0.05, 0.1
 """Default distance (m) and heading error (rad) within which a goal is reached."""
 
@@ -412,87 +407,3 @@ class Push(gym.Env[Array, Action]):
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_window": None}
-
-
-def options_toml(
-    fixed: Mapping[str, Any],
-    *,
-    action: str = "wrench",
-    object: Names | None = None,
-    effects: Sequence[Mapping[str, Any]] = (),
-    horizon: int | None = None,
-    realtime: float | str | None = None,
-    arm: Mapping[str, Any] | None = None,
-    **others: Any,
-) -> str:
-    """Return options as TOML for the native module, without those that are None; `fixed` takes precedence."""
-    for key, value in fixed.items():
-        if others.get(key, value) not in (None, value):
-            raise TrundleError(f"{key} = {others[key]!r}: this task has {value!r}; choose another task")
-    if others.get("level") is not None and object is not None:
-        raise TrundleError(f"level = {others['level']!r}, object = {object!r}: give one of them")
-    if arm is not None and not isinstance(arm, Mapping):
-        raise TrundleError(f"arm = {arm!r}: give a mapping, such as {{'lag': 0.08}}")
-    if isinstance(realtime, str) and realtime != "measured":
-        raise TrundleError(f"realtime = {realtime!r}: give a decision time in s, 'measured' or None")
-    object = DEFAULT_OBJECT if object is None else object
-    names = [object] if isinstance(object, (str, PathLike)) else object
-    if not isinstance(names, Sequence) or not all(isinstance(name, (str, PathLike)) for name in names):
-        raise TrundleError(f"object = {object!r}: give the name of an object or a sequence of names")
-    if isinstance(effects, str) or not all(isinstance(effect, Mapping) for effect in effects):
-        raise TrundleError(f"effects = {effects!r}: give tables as in model.toml, such as {{'kind': …}}")
-    options = {
-        "action": action,
-        "object": [fspath(name) for name in names],
-        "effects": [dict(effect) for effect in effects],
-        "horizon": default_horizon(action, others.get("version", 0)) if horizon is None else horizon,
-        "arm": None if arm is None else {key: _plain(value) for key, value in arm.items()},
-        "decision_time": None if isinstance(realtime, str) else realtime,
-        "measures_decisions": isinstance(realtime, str),
-        **others,
-        **fixed,
-    }
-    return tomli_w.dumps({key: _plain(value) for key, value in options.items() if value is not None})
-
-
-def default_horizon(action: str, version: int) -> int:
-    """Return the steps after which an episode is truncated by default; 0: never."""
-    if action == "push":
-        return 30
-    return 300 if version == 0 else 0
-
-
-def _plain(value: Any) -> Any:
-    """Convert NumPy numbers and arrays, and tuples, to what TOML can hold."""
-    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
-
-
-def reset_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return reset options as the native module expects them."""
-    for key in given:
-        if key not in RESET_OPTIONS:
-            raise TrundleError(f"unknown reset option {key!r}; known are {', '.join(RESET_OPTIONS)}")
-    return {
-        "start": _numbers("start", given.get("start"), 3),
-        "goal": _numbers("goal", given.get("goal"), 3),
-        "grasp": _numbers("grasp", given.get("grasp"), 2),
-        "same_object": _boolean("same_object", given.get("same_object", False)),
-    }
-
-
-def _boolean(key: str, value: Any) -> bool:
-    if not isinstance(value, (bool, np.bool_)):
-        raise TrundleError(f"reset option {key!r} = {value!r}: give True or False")
-    return bool(value)
-
-
-def _numbers(key: str, value: Any, count: int) -> list[float] | None:
-    if value is None:
-        return None
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape != (count,):
-        raise TrundleError(f"reset option {key!r} = {value!r}: give {count} numbers")
-    return [float(entry) for entry in array]

@@ -1,6 +1,7 @@
 //! The diagnosis engine of a black-box simulator.
 
 use super::basis::Basis;
+use super::laws::{body, can_be_added, has_laws_on_object, plant};
 use super::likelihood::PathLikelihood;
 use super::parameter_fit::fit_simulator;
 use super::path::Path;
@@ -29,7 +30,7 @@ use trundle_infer::{
     Channels as Noise, Estimate, Fit, FitOptions, InferError, Likelihood, Quiet, Residual, Score, Watch, fit,
     is_quasi_static, unscored_time,
 };
-use trundle_model::{EffectTarget, Kind, Model, Plant, Posterior, Slot};
+use trundle_model::{Kind, Model, Posterior, Slot};
 use trundle_record::{Dataset, Prepared};
 
 /// A black-box simulator with a recording.
@@ -72,7 +73,7 @@ impl<'a> BlackBoxEngine<'a> {
         let body = body(data, None);
         let noise = Noise::of(&data.noise);
         let likelihood = fit_simulator(simulator, &paths, &simulator.start, noise, &body, seed, watch)?;
-        let bare = self::body(data, likelihood.apparent_mass());
+        let bare = super::laws::body(data, likelihood.apparent_mass());
         Ok(Self { data, simulator, paths: paths.into(), likelihood: Arc::new(likelihood), bare, seed, watch })
     }
 
@@ -375,28 +376,4 @@ impl Engine for BlackBoxEngine<'_> {
         };
         Ok(tried.fit.model.to_toml(tried.fit.posterior().and_then(law_innovations).as_ref())?)
     }
-}
-
-/// Plant with the laws of a model.
-pub(super) fn plant(tried: &FittedModel) -> Result<Plant<f64>, InferError> {
-    Ok(tried.fit.model.plant(&tried.fit.values)?)
-}
-
-/// Rigid body without laws. Its mass is the stated one, else `apparent_mass`, else that of the footprint.
-pub(super) fn body(data: &Dataset, apparent_mass: Option<f64>) -> Model {
-    let mass = data.mass_given.or(apparent_mass).unwrap_or(data.body.mass);
-    let mut model = Model::nominal(data.body.clone(), Some(mass), data.dof);
-    model.body.mass = mass;
-    model.effects.clear();
-    model
-}
-
-/// Whether any effect of a model acts on the object rather than on the instruments.
-pub(super) fn has_laws_on_object(model: &Model) -> bool {
-    model.effects.iter().any(|e| e.kind.spec().target != EffectTarget::Instrument)
-}
-
-/// Whether effects of a kind can be added. Events of a wheel cannot: only the simulator has the wheel.
-pub(super) fn can_be_added(kind: &Kind) -> bool {
-    !kind.changes_wheels()
 }

@@ -6,7 +6,8 @@
 //! linearised along that motion, which shows how much the other model could absorb. A push whose separation is
 //! not confirmed is not proposed.
 
-use super::engine::{BlackBoxEngine, has_laws_on_object, plant};
+use super::engine::BlackBoxEngine;
+use super::laws::{has_laws_on_object, plant};
 use super::likelihood::PathLikelihood;
 use super::path::Path;
 use crate::design::{

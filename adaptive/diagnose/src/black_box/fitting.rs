@@ -1,7 +1,8 @@
 //! Fits of laws along the measured motion.
 
 use super::basis::Basis;
-use super::engine::{BlackBoxEngine, has_laws_on_object};
+use super::engine::BlackBoxEngine;
+use super::laws::has_laws_on_object;
 use super::likelihood::PathLikelihood;
 use crate::fitted_model::{Effort, FittedModel, Job};
 use rayon::prelude::*;

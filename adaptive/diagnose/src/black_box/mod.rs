@@ -19,6 +19,7 @@ mod gains;
 mod initial_states;
 mod law_states;
 mod law_wrench;
+mod laws;
 mod likelihood;
 mod linearisation;
 mod parameter_fit;

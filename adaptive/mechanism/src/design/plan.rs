@@ -54,6 +54,8 @@ impl Plan {
                 on: vec![1.0; len],
                 load: self.covariates.get(j).copied().flatten().map(|load| vec![load; len]),
                 kept: vec![],
+                resting: vec![],
+                weight: vec![1.0; len],
             }
         };
         let mut episode = EpisodeData {

@@ -9,7 +9,8 @@
 use super::axis_pair::{AxisPair, direction, force_x, force_y, torque};
 use super::dry_friction::creep;
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "axis_friction",

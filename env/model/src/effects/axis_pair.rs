@@ -2,7 +2,8 @@
 
 use super::{angle, positive};
 use crate::Real;
-use crate::law::{GeneralisedForce, Param};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::Param;
 use std::f64::consts::PI;
 
 /// Direction of the first axis, rad.

@@ -9,9 +9,8 @@
 
 use super::{on_body, positive};
 use crate::Real;
-use crate::law::{
-    EffectLaw, EffectTarget, GeneralisedForce, InnerState, LawContext, LawSetup, Role, Spec, take,
-};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, InnerState, LawContext, LawSetup, Role, Spec, take};
 use std::f64::consts::FRAC_PI_4;
 
 pub(crate) static SPEC: Spec = Spec {

@@ -8,7 +8,8 @@
 
 use super::{angle, positive};
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Param, Role, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Param, Role, Spec, take};
 use std::f64::consts::{PI, TAU};
 
 pub(crate) static SPEC: Spec = Spec {

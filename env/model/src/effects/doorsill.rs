@@ -10,7 +10,8 @@
 use super::geometry::support_points;
 use super::{angle, positive, signed};
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Role, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Role, Spec, take};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {

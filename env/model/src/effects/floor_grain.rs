@@ -7,7 +7,8 @@
 
 use super::{angle, positive};
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Spec, take};
 use std::f64::consts::PI;
 
 pub(crate) static SPEC: Spec = Spec {

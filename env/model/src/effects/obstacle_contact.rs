@@ -10,7 +10,8 @@
 use super::geometry::{in_world, softplus};
 use super::positive;
 use crate::boundary::{Boundary, Piece};
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Role, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Role, Spec, take};
 use crate::{Body, Real};
 
 pub(crate) static SPEC: Spec = Spec {

@@ -6,7 +6,8 @@
 
 use super::positive;
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "quadratic_drag",

@@ -6,7 +6,8 @@
 
 use super::{positive, spread, spread_out};
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawSetup, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_drag",

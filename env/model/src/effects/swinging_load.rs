@@ -10,10 +10,8 @@
 
 use super::{on_body, positive};
 use crate::Real;
-use crate::law::{
-    Clock, EffectLaw, EffectTarget, GeneralisedForce, InnerState, LawContext, LawSetup, Rigid, Role, Spec,
-    take,
-};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{Clock, EffectLaw, EffectTarget, InnerState, LawContext, LawSetup, Rigid, Role, Spec, take};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {

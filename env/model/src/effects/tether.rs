@@ -9,7 +9,8 @@
 use super::geometry::{in_world, softplus};
 use super::{on_body, positive};
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Role, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Role, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "tether",

@@ -8,9 +8,8 @@
 
 use super::{positive, signed, spread, spread_out};
 use crate::Real;
-use crate::law::{
-    EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Param, Prior, Role, Spec, take,
-};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Param, Prior, Role, Spec, take};
 
 /// Exponent of the speed. Its bounds exclude dry (0) and viscous (1) friction, which have their own laws.
 const fn exponent() -> Param {

@@ -7,7 +7,8 @@
 
 use super::{angle, on_body, positive};
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawSetup, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "viscous_wheel",

@@ -9,7 +9,8 @@ use super::event::{Event, episode, time};
 use super::positive;
 use super::viscous_wheel::wheel_damping;
 use crate::Real;
-use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Param, Spec, take};
+use crate::generalised_force::GeneralisedForce;
+use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Param, Spec, take};
 
 /// A factor with a prior range of about 1/50 to 50.
 const fn factor(name: &'static str, help: &'static str) -> Param {

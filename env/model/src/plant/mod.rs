@@ -2,9 +2,10 @@
 
 pub(crate) mod step;
 
+use crate::generalised_force::GeneralisedForce;
 use crate::heading::Heading;
 use crate::implicit::ConstantMassMatrix;
-use crate::law::{Clock, EffectTarget, GeneralisedForce, Lags, LawContext, MAX_INNER_STATES, Rigid};
+use crate::law::{Clock, EffectTarget, Lags, LawContext, MAX_INNER_STATES, Rigid};
 use crate::mount::Mount;
 use crate::{Body, Discrepancy, Law, LinearPropagator, ModelError, Real, State};
 use std::sync::Arc;

@@ -11,9 +11,10 @@
 
 use super::Plant;
 use crate::frames::twist_at;
+use crate::generalised_force::GeneralisedForce;
 use crate::heading::Heading;
 use crate::implicit::MassMatrix;
-use crate::law::{Clock, GeneralisedForce, Rigid};
+use crate::law::{Clock, Rigid};
 use crate::variable_mass::VariableMassMatrix;
 use crate::{Real, State};
 

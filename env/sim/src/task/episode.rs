@@ -1,7 +1,9 @@
 //! One episode of a task: dynamics, actions, observations and rewards.
 
+mod instruments;
 mod measurement;
 mod observation;
+mod scoring;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -10,7 +12,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Clock, Plant, Rigid, State, to_body};
+use trundle_model::{Plant, Rigid, State};
 
 use super::action_mode::ActionMode;
 use super::action_model::ActionModel;
@@ -20,13 +22,10 @@ use super::hidden::HiddenEffects;
 use super::measurement_delay::MeasurementDelay;
 use super::options::{Options, TaskKind};
 use super::outcome::Outcome;
-use super::scene_layout::{PATH_LOOKAHEAD_M, PathProgress, SceneLayout};
+use super::scene_layout::{PathProgress, SceneLayout};
 use super::sensors::{add_noise, rng_stream, sensor, tracker};
 use super::task_objects::TaskObject;
-use crate::gripper::wrap_angle;
 use crate::hybrid_stepper::SavedMotion;
-use crate::instruments::GroundTruth;
-use crate::sensor::{GripperLoad, reading_delay, wrench_in_frame};
 use crate::{HybridStepper, Instruments, Sensor, SimError, Tracker};
 
 /// Streams of random numbers from an episode's seed. Stream 0 draws the object.
@@ -337,153 +336,10 @@ impl Episode {
         Ok(())
     }
 
-    /// Current target pose.
-    fn target(&self) -> [f64; 3] {
-        self.progress
-            .as_ref()
-            .map_or(self.layout.goal, |path| path.pose_at(path.arc_length + PATH_LOOKAHEAD_M))
-    }
-
-    fn outcome(&mut self, sums: &StepSums, periods: u32) -> Outcome {
-        let State { pose, twist: [vx, vy, spin], .. } = *self.stepper.state();
-        let [x, y, theta] = pose;
-        let away = |to: [f64; 3]| ((x - to[0]).hypot(y - to[1]), wrap_angle(theta - to[2]));
-        let (goal_distance, facing) = away(self.layout.goal);
-        let (mut distance, mut heading_error, mut path_gain, mut progress) =
-            (goal_distance, facing, 0.0, 0.0);
-        if let Some(path) = &mut self.progress {
-            let before = path.arc_length;
-            distance = path.advance_to(pose);
-            heading_error = wrap_angle(theta - path.pose_at(path.arc_length)[2]);
-            (path_gain, progress) = (path.arc_length - before, path.arc_length / path.length());
-        }
-        let Options { reach, facing: max_heading_error, ends, horizon, .. } = *self.options;
-        let speed = vx.hypot(vy);
-        let inside = x.abs().max(y.abs()) <= ARENA_HALF_SIDE_M
-            && speed <= MAX_SPEED_M_PER_S
-            && spin.abs() <= MAX_SPIN_RAD_PER_S;
-        // NaN counts as outside.
-        let lost = !inside;
-        let success = !lost
-            && goal_distance < reach
-            && facing.abs() < max_heading_error
-            && speed < MAX_GOAL_SPEED_M_PER_S;
-        let terminated = lost || (success && ends);
-        let truncated = horizon > 0 && self.state.steps >= horizon && !terminated;
-        let duration = f64::from(periods) * self.options.control_period();
-        let touched = sums.touching_ticks > 0;
-        let touch_time = f64::from(sums.touching_ticks) * self.options.step;
-        self.state.contact_time += touch_time;
-        let costs = self.options.costs();
-        let touch_share = match costs.charges_whole_steps {
-            true => f64::from(u8::from(touched)),
-            false => touch_time / duration,
-        };
-        let effort = sums.effort * self.options.step / duration;
-        let cost = distance
-            + HEADING_COST_M_PER_RAD * heading_error.abs()
-            + costs.touch * touch_share
-            + costs.effort * effort
-            + costs.time;
-        let reward = path_gain - duration * cost - if lost { FAILURE_COST } else { 0.0 };
-        Outcome {
-            reward,
-            terminated,
-            truncated,
-            success,
-            lost,
-            touched,
-            distance,
-            heading_error,
-            progress,
-            success_without_touching: success && self.state.contact_time == 0.0,
-            contact_time: self.state.contact_time,
-            contact_impulse: self.state.contact_impulse,
-            action_clipped: false,
-            duration,
-        }
-    }
-
-    /// Record the pre-contact interval.
-    fn wait_for_contact(&mut self) {
-        let dt = self.options.step;
-        for tick in 0..(self.sensor.precontact / dt).round() as u32 {
-            if self.recorder.is_none() {
-                return;
-            }
-            let clock = self.clock(f64::from(tick) * dt - self.sensor.precontact);
-            let poses = self.poses();
-            self.record([0.0; 3], &poses, [0.0; 2], clock);
-        }
-    }
-
-    fn clock(&self, since_contact: f64) -> Clock {
-        let dt = self.options.step;
-        let [x, y, _] = self.state.action_model.grasp;
-        Clock { t: since_contact + dt / 2.0, dt, grasp: [x, y], ..Clock::since_contact(since_contact) }
-    }
-
-    /// Current poses of object and gripper.
-    fn poses(&self) -> Poses {
-        let object = self.stepper.state().pose;
-        Poses {
-            object,
-            gripper: self.state.action_model.pose(object),
-            frame: self.state.action_model.frame(object),
-        }
-    }
-
-    /// Acceleration of the gripper in the step from `poses`, world axes, m/s².
-    fn gripper_acceleration(&mut self, poses: &Poses, is_discontinuous: bool) -> [f64; 2] {
-        let dt = self.options.step;
-        let next = self.state.action_model.pose(self.stepper.state().pose);
-        let velocity = [0, 1].map(|k| (next[k] - poses.gripper[k]) / dt);
-        let last_velocity = if is_discontinuous { velocity } else { self.state.gripper_velocity };
-        self.state.gripper_velocity = velocity;
-        [0, 1].map(|k| (velocity[k] - last_velocity[k]) / dt)
-    }
-
-    /// Reading of the wrist sensor for a wrench on the object, with instrument effects and delay.
-    fn wrist_reading(&mut self, wrench: [f64; 3], poses: &Poses, accel: [f64; 2], clock: Clock) -> [f64; 3] {
-        let Some(plant) = &self.instrumented else { return wrench_in_frame(wrench, poses.frame) };
-        let [ax, ay, _] = to_body([accel[0], accel[1], 0.0], poses.gripper[2]);
-        let load = GripperLoad { wrench, frame: poses.frame, accel: [ax, ay] };
-        let sensor = Sensor { offset: [0.0; 3], ..self.sensor };
-        let read = sensor.reading(&load, plant, clock);
-        let delay_steps = (reading_delay(plant, clock).max(0.0) / self.options.step).round() as usize;
-        self.state.delayed_readings.push_back(read);
-        while self.state.delayed_readings.len() > delay_steps + 1 {
-            self.state.delayed_readings.pop_front();
-        }
-        self.state.delayed_readings.front().copied().unwrap_or(read)
-    }
-
-    fn record(&mut self, wrench: [f64; 3], poses: &Poses, accel: [f64; 2], clock: Clock) {
-        let Some(recorder) = &mut self.recorder else { return };
-        let plant = self.instrumented.as_deref().unwrap_or(self.stepper.plant());
-        recorder.observe(&GroundTruth {
-            t: self.sensor.precontact + clock.since_contact,
-            object: poses.object,
-            gripper: poses.gripper,
-            wrench,
-            accel,
-            plant,
-            clock,
-        });
-    }
-
     /// Current mass properties.
     pub fn rigid(&self) -> Rigid<f64> {
         self.stepper.rigid(self.clock(f64::from(self.state.tick) * self.options.step))
     }
-}
-
-/// Poses of object and gripper at one time.
-struct Poses {
-    object: [f64; 3],
-    gripper: [f64; 3],
-    /// Pose of the gripper in the object frame.
-    frame: [f64; 3],
 }
 
 /// Sums over the simulation steps of an action.

@@ -68,7 +68,9 @@ def is_right(answer: Row, truth: Row) -> bool:
     if truth["outside"]:
         return bool(answer["verdict"] == "unexplained")
     if not truth["names"]:
-        return bool(answer["verdict"] == "consistent")
+        # Given masses of a mechanism may be off: then refitting them is the correct answer.
+        correct = ("consistent", "reparameterised") if "robot" in truth else ("consistent",)
+        return answer["verdict"] in correct
     found = candidates(answer)
     return len(found) <= max_tie(truth) and frozenset(truth["names"]) in found
 

@@ -237,7 +237,7 @@ def drooping_drive(values: Values) -> Callable[[Floats], Floats]:
 
     def act(u: Floats) -> Floats:
         u = u.copy()
-        u[j] *= max(1.0 - values["droop"] * abs(u[j]) / values["largest"], 0.3)
+        u[j] *= 1.0 - values["droop"] * min(abs(u[j]) / values["largest"], 1.0)
         return u
 
     return act
@@ -260,7 +260,9 @@ def per_controller(name: str) -> Draw:
 
 
 def draw_droop(rng: Rng, scene: Scene, seen: Statistics, j: int) -> Values:
-    return {"droop": float(rng.uniform(0.1, 0.4)), "largest": float(seen.largest[j])}
+    # The drooping drive needs the largest effort of the motion at its largest command.
+    droop = float(rng.uniform(0.1, 0.4))
+    return {"droop": droop, "largest": float(seen.largest[j]) / (1.0 - droop)}
 
 
 def draw_gain(rng: Rng, scene: Scene, seen: Statistics, j: int) -> Values:

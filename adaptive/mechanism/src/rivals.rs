@@ -1,0 +1,94 @@
+//! Models that explain the data as well as the best one, or almost.
+
+use crate::answer::JointAlternative;
+use crate::model::{Kind, label, place};
+use crate::problem::Problem;
+use crate::search::{Found, Tried};
+use trundle_diagnose::MAX_TIE_DIFFERENCE_NATS;
+
+/// Least probability of an alternative that is reported.
+const MIN_ALTERNATIVE_PROBABILITY: f64 = 0.005;
+
+/// Posterior weight of every tried model that has as many effects as the best one, at least.
+pub(crate) fn weights(found: &Found, times: &[f64]) -> Vec<f64> {
+    let logs: Vec<f64> = found.tried.iter().map(|tried| tried.log_evidence(times)).collect();
+    let best = logs.iter().copied().fold(found.best.log_evidence(times), f64::max);
+    let raw: Vec<f64> = logs.iter().map(|log| (log - best).exp()).collect();
+    let total: f64 = raw.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    raw.iter().map(|weight| weight / total).collect()
+}
+
+/// Share of the weight of models with an effect, among models no larger than the best one.
+pub(crate) fn probability_of(found: &Found, weights: &[f64], kind: Kind) -> f64 {
+    let most = found.best.fit.effects.len();
+    let of = |with: bool| -> f64 {
+        let pairs = found.tried.iter().zip(weights).filter(|(tried, _)| tried.fit.effects.len() <= most);
+        pairs.filter(|(tried, _)| !with || tried.kinds().contains(&kind)).map(|(_, weight)| weight).sum()
+    };
+    let all = of(false);
+    if all > 0.0 { of(true) / all } else { 1.0 }
+}
+
+/// Sets of effects whose models fit as well as the best one, its own first.
+pub(crate) fn tied(problem: &Problem, found: &Found, times: &[f64]) -> Vec<Vec<String>> {
+    let names =
+        |tried: &Tried| -> Vec<String> { tried.kinds().iter().map(|kind| label(problem, *kind)).collect() };
+    let best = &found.best;
+    if best.fit.effects.is_empty() {
+        return vec![];
+    }
+    let mut sets = vec![names(best)];
+    for tried in &found.tried {
+        // The data determine no more parameters, and the fit is as good; or the evidence is.
+        let close = tried.fit.cost(times) - best.fit.cost(times) < MAX_TIE_DIFFERENCE_NATS;
+        let is_as_simple = tried.fit.rank < best.fit.rank + 1.0;
+        let difference = best.log_evidence(times) - tried.log_evidence(times);
+        let is_like = close && is_as_simple || difference < MAX_TIE_DIFFERENCE_NATS;
+        let is_as_many = tried.fit.effects.len() == best.fit.effects.len();
+        if is_like && is_as_many && !sets.contains(&names(tried)) {
+            sets.push(names(tried));
+        }
+    }
+    sets
+}
+
+/// Classes of single effects among tied sets that differ in one effect.
+pub(crate) fn single_ties(sets: &[Vec<String>]) -> Vec<Vec<String>> {
+    let Some((best, others)) = sets.split_first() else { return vec![] };
+    let mut ties: Vec<Vec<String>> = vec![];
+    for other in others {
+        let own: Vec<&String> = best.iter().filter(|name| !other.contains(name)).collect();
+        let new: Vec<&String> = other.iter().filter(|name| !best.contains(name)).collect();
+        if let ([own], [new]) = (&own[..], &new[..]) {
+            match ties.iter_mut().find(|class| class[0] == **own) {
+                Some(class) => class.push((*new).clone()),
+                None => ties.push(vec![(*own).clone(), (*new).clone()]),
+            }
+        }
+    }
+    ties
+}
+
+/// Effects that explain the data almost as well.
+pub(crate) fn alternatives(problem: &Problem, found: &Found, weights: &[f64]) -> Vec<JointAlternative> {
+    let own = found.best.kinds();
+    let mut all: Vec<JointAlternative> = vec![];
+    for (tried, weight) in found.tried.iter().zip(weights) {
+        let new: Vec<Kind> = tried.kinds().into_iter().filter(|kind| !own.contains(kind)).collect();
+        let [kind] = new[..] else { continue };
+        if tried.fit.effects.len() > own.len() || *weight < MIN_ALTERNATIVE_PROBABILITY {
+            continue;
+        }
+        let found_place = place(problem, kind);
+        if all.iter().all(|one| one.effect != kind.effect() || one.place != found_place) {
+            all.push(JointAlternative {
+                effect: kind.effect().to_owned(),
+                probability: *weight,
+                experiment: kind.spec().experiment.to_owned(),
+                place: found_place,
+            });
+        }
+    }
+    all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    all
+}
