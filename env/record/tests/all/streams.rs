@@ -2,15 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends there")]
 
-mod sample;
-
-use sample::{CSV, TILTING, TOML};
+use crate::sample::{CSV, TILTING, TOML};
 use trundle_model::Fixture;
 use trundle_record::{Contact, Dof, Episode, Gripper, Metadata, Recording, Reference, Source};
 
 fn first(toml: &str, csv: &str) -> Episode {
     let home = tempfile::tempdir().unwrap();
-    sample::folder(home.path(), toml, csv);
+    crate::sample::folder(home.path(), toml, csv);
     Recording::read(home.path()).unwrap().episodes.remove(0)
 }
 
@@ -105,7 +103,7 @@ fn intervals_are_common_or_by_episode() {
 #[test]
 fn other_and_hidden_files_are_ignored() {
     let home = tempfile::tempdir().unwrap();
-    sample::folder(home.path(), TOML, CSV);
+    crate::sample::folder(home.path(), TOML, CSV);
     for name in ["README.md", ".hidden.csv", "._episode_00.csv", "plot.png"] {
         std::fs::write(home.path().join(name), "anything").unwrap();
     }

@@ -1,5 +1,4 @@
 //! A minimal recording for the tests of this crate.
-#![allow(dead_code, reason = "each test uses only some items")]
 #![allow(clippy::unwrap_used, reason = "an invalid sample fails its test")]
 
 use trundle_record::{Episode, JointMetadata, JointRecording, Metadata, Recording};

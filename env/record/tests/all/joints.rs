@@ -2,14 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends there")]
 
-mod sample;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use crate::sample::{JOINTS_CSV, JOINTS_TOML, joint_folder, joint_metadata, joint_recording};
 use proptest::prelude::*;
-use sample::{JOINTS_CSV, JOINTS_TOML, joint_folder, joint_metadata, joint_recording};
 use trundle_record::{
     AnyRecording, Axis, EffortSource, EncoderSide, Episode, FreeOr, JointMetadata, JointRecording, PerJoint,
     Recording, Table, check_joints, inspect_joints,
@@ -159,9 +157,12 @@ fn either_format_is_read() {
     let home = tempfile::tempdir().unwrap();
     let [joints, object] = ["joints", "object"].map(|name| home.path().join(name));
     joint_recording().write(&joints, Table::Csv).unwrap();
-    sample::recording().write(&object, Table::Csv).unwrap();
+    crate::sample::recording().write(&object, Table::Csv).unwrap();
     assert_eq!(AnyRecording::read(&joints).unwrap(), AnyRecording::Joints(Box::new(joint_recording())));
-    assert_eq!(AnyRecording::read(&object).unwrap(), AnyRecording::Object(Box::new(sample::recording())));
+    assert_eq!(
+        AnyRecording::read(&object).unwrap(),
+        AnyRecording::Object(Box::new(crate::sample::recording()))
+    );
     assert!(Recording::read(&joints).unwrap_err().to_string().contains("JointRecording::read"));
     assert!(JointRecording::read(&object).unwrap_err().to_string().contains("Recording::read"));
     let text = JOINTS_TOML.replace("recording/2", "recording/9");

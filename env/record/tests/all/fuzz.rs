@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends there")]
 
-mod sample;
-
 use proptest::prelude::*;
 use trundle_record::Recording;
 
@@ -29,10 +27,10 @@ proptest! {
     #[test]
     fn reading_never_panics(toml in patch(), csv in patch(), more in patch(), tilting: bool) {
         let home = tempfile::tempdir().unwrap();
-        let table = if tilting { sample::TILTING } else { sample::CSV };
+        let table = if tilting { crate::sample::TILTING } else { crate::sample::CSV };
         let table = patched(&patched(table, csv.0, csv.1, &csv.2), more.0, more.1, &more.2);
-        let metadata = if tilting { sample::TOML.to_owned() } else { patched(sample::TOML, toml.0, toml.1, &toml.2) };
-        sample::folder(home.path(), &metadata, &table);
+        let metadata = if tilting { crate::sample::TOML.to_owned() } else { patched(crate::sample::TOML, toml.0, toml.1, &toml.2) };
+        crate::sample::folder(home.path(), &metadata, &table);
         if let Ok(recording) = Recording::read(home.path()) {
             prop_assert!(recording.validate().is_ok());
         }

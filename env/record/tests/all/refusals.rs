@@ -7,8 +7,6 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "an invalid case fails its test")]
 
-mod sample;
-
 use std::fs;
 
 use trundle_record::{JointRecording, Recording};
@@ -22,15 +20,16 @@ struct Case<'a> {
 }
 
 fn parse(paragraph: &str) -> Case<'_> {
-    let (toml, csv) = (sample::TOML.to_owned(), sample::CSV.to_owned());
+    let (toml, csv) = (crate::sample::TOML.to_owned(), crate::sample::CSV.to_owned());
     let mut case = Case { name: "", toml, csv, joints: false, message: "" };
     for line in paragraph.lines() {
         let (key, value) = line.split_once(':').unwrap_or_else(|| panic!("{line:?}"));
         match (key, value.trim()) {
             ("case", name) => case.name = name,
-            ("table", "tilting") => case.csv = sample::TILTING.to_owned(),
+            ("table", "tilting") => case.csv = crate::sample::TILTING.to_owned(),
             ("table", "joints") => {
-                (case.toml, case.csv) = (sample::JOINTS_TOML.to_owned(), sample::JOINTS_CSV.to_owned());
+                (case.toml, case.csv) =
+                    (crate::sample::JOINTS_TOML.to_owned(), crate::sample::JOINTS_CSV.to_owned());
                 case.joints = true;
             }
             ("toml", edit) => case.toml = edited(&case.toml, edit),
@@ -57,10 +56,10 @@ fn check_cases(cases: &str) {
     for case in cases.trim_end().split("\n\n").map(parse) {
         let home = tempfile::tempdir().unwrap();
         let read = if case.joints {
-            sample::joint_folder(home.path(), &case.toml, &case.csv);
+            crate::sample::joint_folder(home.path(), &case.toml, &case.csv);
             JointRecording::read(home.path()).map(drop)
         } else {
-            sample::folder(home.path(), &case.toml, &case.csv);
+            crate::sample::folder(home.path(), &case.toml, &case.csv);
             Recording::read(home.path()).map(drop)
         };
         let found = match read {
@@ -102,7 +101,7 @@ fn accepted_recordings() {
 #[test]
 fn text_that_is_not_utf8() {
     let home = tempfile::tempdir().unwrap();
-    sample::folder(home.path(), sample::TOML, sample::CSV);
+    crate::sample::folder(home.path(), crate::sample::TOML, crate::sample::CSV);
     let table = home.path().join("episode_00.csv");
     let mut bytes = fs::read(&table).unwrap();
     let at = bytes.windows(3).position(|window| window == b"ann").unwrap();
@@ -131,11 +130,11 @@ fn faults_of_folders() {
     fs::remove_file(&run).unwrap();
     fs::create_dir(&run).unwrap();
     assert_message(&format!("RUN: the folder has no recording.toml; {remedy}"));
-    fs::write(run.join("recording.toml"), sample::TOML).unwrap();
+    fs::write(run.join("recording.toml"), crate::sample::TOML).unwrap();
     assert_message(
         "RUN/recording.toml: the recording has no episodes, so there is no episode to fit; add a table NAME.csv or NAME.parquet",
     );
-    sample::folder(&run, sample::TOML, sample::CSV);
+    crate::sample::folder(&run, crate::sample::TOML, crate::sample::CSV);
     fs::write(run.join("episode_00.parquet"), "").unwrap();
     assert_message(
         "RUN/episode_00.csv: the folder also contains episode_00.parquet; keep one table per episode",

@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends there")]
 
-mod sample;
-
 use std::fs;
 
+use crate::sample::{episode, metadata, recording};
 use proptest::prelude::*;
-use sample::{episode, metadata, recording};
 use trundle_record::{Episode, Metadata, Recording, Table};
 
 /// Any finite number, or an empty cell.

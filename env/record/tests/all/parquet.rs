@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends there")]
 
-mod sample;
-
 use std::fs;
 
 use trundle_record::{Column, Recording, Table, write_parquet};
@@ -12,7 +10,7 @@ use trundle_record::{Column, Recording, Table, write_parquet};
 fn truncated_files_are_refused() {
     let home = tempfile::tempdir().unwrap();
     let run = home.path().join("run");
-    sample::recording().write(&run, Table::Parquet).unwrap();
+    crate::sample::recording().write(&run, Table::Parquet).unwrap();
     let file = run.join("episode_00.parquet");
     let whole = fs::read(&file).unwrap();
     for length in (0..whole.len()).step_by(7) {
@@ -26,7 +24,7 @@ fn truncated_files_are_refused() {
 fn files_with_a_changed_byte_do_not_panic() {
     let home = tempfile::tempdir().unwrap();
     let run = home.path().join("run");
-    sample::recording().write(&run, Table::Parquet).unwrap();
+    crate::sample::recording().write(&run, Table::Parquet).unwrap();
     let file = run.join("episode_00.parquet");
     let whole = fs::read(&file).unwrap();
     let mut refused = 0;
@@ -46,7 +44,7 @@ fn files_with_a_changed_byte_do_not_panic() {
 fn small_files_that_unpack_to_much_memory_are_refused() {
     let home = tempfile::tempdir().unwrap();
     let run = home.path().join("run");
-    sample::recording().write(&run, Table::Parquet).unwrap();
+    crate::sample::recording().write(&run, Table::Parquet).unwrap();
     let file = run.join("episode_00.parquet");
     let cells = vec![0.0; 1_000_000];
     let names = ["t", "object_x", "object_y", "object_theta", "gripper_x", "gripper_y", "gripper_theta"];

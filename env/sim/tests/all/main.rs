@@ -1,0 +1,10 @@
+//! Tests of the simulator.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod effects;
+mod gripper;
+mod object;
+mod recording;
+mod regrasp;
+mod task;
+mod world;
