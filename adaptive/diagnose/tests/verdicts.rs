@@ -188,6 +188,7 @@ fn given_values_are_judged() {
 }
 
 #[test]
+#[ignore = "slow: two diagnoses; the test of the demo in Python compares bytes, too"]
 fn same_input_and_seed_give_the_same_bytes_and_a_model_to_read() {
     let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
     let world = World::of(locked().with(dry));

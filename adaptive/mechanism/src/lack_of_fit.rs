@@ -6,6 +6,7 @@
 
 use crate::drive::Drive;
 use crate::problem::Problem;
+use crate::rows::noise_floor;
 use crate::search::Tried;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -27,12 +28,16 @@ const MAX_AUTOCORRELATION: f64 = 0.5;
 /// other joints' accelerations, and noise that is not quite white.
 const NOISE_MARGIN: f64 = 4.0;
 
+/// Lack of fit that is negligible, in standard deviations of the noise. Clean recordings of the benchmark's tuning range stay
+/// below.
+const NEGLIGIBLE_NOISES: f64 = 10.0;
+
 /// Lack of fit of one joint.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LackOfFit {
     /// Mean square of the residual that the regression predicts, or that is correlated in time, squared effort.
     pub mean_square: f64,
-    /// Whether it is more than chance and more than a negligible share of the effort.
+    /// Whether it is more than chance, and more than a negligible share of the effort or much more than the noise.
     pub is_material: bool,
 }
 
@@ -85,8 +90,9 @@ pub(crate) fn lack_of_fit(problem: &Problem, model: &Tried, joint: usize) -> Lac
     let size = own.per_effort.iter().map(|x| x * x).sum::<f64>() / own.per_effort.len() as f64;
     let excess = before - NOISE_MARGIN * (readings * readings + size * accelerations * accelerations);
     let found = correlated.max(excess).max(if is_predicted { before - after } else { 0.0 });
-    let scale = problem.joints[joint].scales.effort;
-    LackOfFit { mean_square: found, is_material: found > NEGLIGIBLE_SHARE * scale * scale }
+    let share = NEGLIGIBLE_SHARE.sqrt() * problem.joints[joint].scales.effort;
+    let negligible = share.min(NEGLIGIBLE_NOISES * noise_floor(problem, joint));
+    LackOfFit { mean_square: found, is_material: found > negligible * negligible }
 }
 
 /// State of a joint in units of its scales.
