@@ -37,7 +37,9 @@ const NEGLIGIBLE_NOISES: f64 = 10.0;
 pub(crate) struct LackOfFit {
     /// Mean square of the residual that the regression predicts, or that is correlated in time, squared effort.
     pub mean_square: f64,
-    /// Whether it is more than chance, and more than a negligible share of the effort or much more than the noise.
+    /// Whether it is more than chance or much more than the noise.
+    pub exceeds_noise: bool,
+    /// Whether it is more than chance and more than a negligible share of the effort.
     pub is_material: bool,
 }
 
@@ -91,8 +93,8 @@ pub(crate) fn lack_of_fit(problem: &Problem, model: &Tried, joint: usize) -> Lac
     let excess = before - NOISE_MARGIN * (readings * readings + size * accelerations * accelerations);
     let found = correlated.max(excess).max(if is_predicted { before - after } else { 0.0 });
     let share = NEGLIGIBLE_SHARE.sqrt() * problem.joints[joint].scales.effort;
-    let negligible = share.min(NEGLIGIBLE_NOISES * noise_floor(problem, joint));
-    LackOfFit { mean_square: found, is_material: found > negligible * negligible }
+    let noise = share.min(NEGLIGIBLE_NOISES * noise_floor(problem, joint));
+    LackOfFit { mean_square: found, is_material: found > share * share, exceeds_noise: found > noise * noise }
 }
 
 /// State of a joint in units of its scales.

@@ -103,8 +103,10 @@ fn verdict(
     problem: &Problem,
     given: Option<bool>,
 ) -> Verdict {
-    let is_lacking =
-        |j: usize| after[j].is_material && remaining(found, before, after, j) > MAX_RESIDUAL_GAIN_SHARE;
+    let is_lacking = |j: usize| match found.best.fit.effects.is_empty() {
+        true => after[j].exceeds_noise,
+        false => after[j].is_material && remaining(found, before, after, j) > MAX_RESIDUAL_GAIN_SHARE,
+    };
     let is_poor = |kind: &Kind| kind.joint().is_some_and(|j| explained(problem, found, j) < MIN_EXPLANATION);
     let has_lack = (0..problem.joints.len()).any(is_lacking) || found.best.kinds().iter().any(is_poor);
     match (found.best.fit.effects.is_empty(), has_lack) {
