@@ -7,7 +7,7 @@
 use crate::drive::Drive;
 use crate::problem::Problem;
 use crate::rows::noise_floor;
-use crate::search::Tried;
+use crate::tried::Tried;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -37,7 +37,7 @@ const NEGLIGIBLE_NOISES: f64 = 10.0;
 pub(crate) struct LackOfFit {
     /// Mean square of the residual that the regression predicts, or that is correlated in time, squared effort.
     pub mean_square: f64,
-    /// Whether it is more than chance or much more than the noise.
+    /// Whether it is more than chance, and more than a negligible multiple of the noise or share of the effort.
     pub exceeds_noise: bool,
     /// Whether it is more than chance and more than a negligible share of the effort.
     pub is_material: bool,

@@ -38,6 +38,7 @@ mod shift;
 mod simulation;
 mod simulator;
 mod statement;
+mod tried;
 mod units;
 mod warnings;
 

@@ -3,7 +3,7 @@
 use crate::answer::JointWindow;
 use crate::lack_of_fit::LackOfFit;
 use crate::problem::Problem;
-use crate::search::Tried;
+use crate::tried::Tried;
 use std::collections::BTreeMap;
 
 /// Parts of an episode that are compared.

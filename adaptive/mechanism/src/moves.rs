@@ -5,7 +5,8 @@ use crate::fit::{MAX_STEPS, fit};
 use crate::model::{Effect, Kind};
 use crate::problem::Problem;
 use crate::rows::Scope;
-use crate::search::{Searcher, Tried};
+use crate::search::Searcher;
+use crate::tried::Tried;
 
 impl Searcher<'_> {
     /// The model in which no exchange of one effect for another increases the evidence.

@@ -3,7 +3,7 @@
 use crate::answer::JointAlternative;
 use crate::model::{Kind, label, place};
 use crate::problem::Problem;
-use crate::search::{Found, Tried};
+use crate::tried::{Found, Tried};
 use trundle_diagnose::MAX_TIE_DIFFERENCE_NATS;
 
 /// Least probability of an alternative that is reported.

@@ -16,8 +16,9 @@ use crate::problem::Problem;
 use crate::rest::with_rest;
 use crate::rivals::{alternatives, probability_of, single_ties, tied, weights};
 use crate::rows::{Scope, noise_floor};
-use crate::search::{Found, Searcher, Support, Tried};
+use crate::search::Searcher;
 use crate::statement::statement;
+use crate::tried::{Found, Support, Tried};
 use crate::units::Unit;
 use std::collections::BTreeMap;
 use trundle_diagnose::{

@@ -1,7 +1,7 @@
 //! Search for missing effects: forward selection with exchange, each effect tested on left-out parts of the training
 //! episodes.
 
-use crate::cross_validation::{LeftOut, left_out};
+use crate::cross_validation::left_out;
 use crate::error::MechanismError;
 use crate::figures::figures;
 use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
@@ -12,10 +12,10 @@ use crate::others::Others;
 use crate::periodogram::best_periods;
 use crate::problem::Problem;
 use crate::rows::{Scope, evaluate, weight};
+use crate::tried::{Found, Support, Tried};
 use rayon::prelude::*;
 use trundle_diagnose::{
-    MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO, PredictedSample, PredictedSamples, correlation_time,
-    probability_of_gain,
+    MIN_MATERIAL_ERROR_RATIO, PredictedSample, PredictedSamples, correlation_time, probability_of_gain,
 };
 use trundle_infer::{Watch, on_all_cores};
 
@@ -29,63 +29,6 @@ const MAX_PARENTS: usize = 3;
 const MIN_SCREEN_GAIN_NATS: f64 = 3.0;
 /// Most effects for each joint. The tests decide; this only bounds the time.
 const MAX_EFFECTS_PER_JOINT: usize = 4;
-
-/// A fitted model with its predictions of left-out parts.
-#[derive(Clone, Debug)]
-pub(crate) struct Tried {
-    pub fit: Fit,
-    pub left_out: LeftOut,
-    /// Logarithmic prior probability of its effects among as many.
-    pub log_prior: f64,
-}
-
-impl Tried {
-    pub fn kinds(&self) -> Vec<Kind> {
-        let mut kinds: Vec<Kind> = self.fit.effects.iter().map(|e| e.kind).collect();
-        kinds.sort();
-        kinds
-    }
-
-    /// Log evidence by the Bayesian information criterion (Schwarz 1978), with the prior of its effects; `time` as in
-    /// [`Fit::cost`].
-    pub fn log_evidence(&self, time: &[f64]) -> f64 {
-        let samples: f64 = (0..time.len()).map(|j| self.fit.samples[j] as f64 / time[j]).sum();
-        self.log_prior - self.fit.cost(time) - 0.5 * self.fit.rank * samples.max(1.0).ln()
-    }
-}
-
-/// What the tests of an effect found.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Support {
-    /// Probability that the effect improves the prediction of left-out parts.
-    pub probability: f64,
-    /// Ratio of the squared errors without and with it.
-    pub error_ratio: f64,
-}
-
-impl Support {
-    pub fn is_certain(self) -> bool {
-        self.probability >= MIN_EFFECT_PROBABILITY
-    }
-
-    pub fn is_material(self) -> bool {
-        self.error_ratio >= MIN_MATERIAL_ERROR_RATIO
-    }
-
-    pub fn passes(self) -> bool {
-        self.is_certain() && self.is_material()
-    }
-}
-
-/// Result of the search.
-pub(crate) struct Found {
-    pub base: Tried,
-    pub best: Tried,
-    /// Support of each effect of the best model.
-    pub support: Vec<Support>,
-    /// All models that were fitted to their optimum.
-    pub tried: Vec<Tried>,
-}
 
 pub(crate) struct Searcher<'a> {
     pub problem: &'a Problem,

@@ -204,7 +204,17 @@ fn a_shift_within_half_a_sample_is_no_delay() {
 fn an_effect_that_leaves_much_of_the_misfit_is_less_probable() {
     let answer = diagnosed(|t, _, _| 0.03 * (1.7 * t).sin(), 0.08, exact);
     assert_eq!(names(&answer), ["joint_dry_friction"]);
-    assert!(answer.missing[0].probability < 0.95, "{}", answer.missing[0].probability);
+    let (probability, explained) = (answer.missing[0].probability, answer.residual.explained["arm"]);
+    assert!(explained < 0.45 && probability <= 2.0 * explained + 1e-9, "{probability} {explained}");
+    let well = diagnosed(nothing, 0.08, exact);
+    assert!(well.residual.explained["arm"] > 0.8, "{:?}", well.residual.explained);
+}
+
+#[test]
+fn a_residual_that_is_small_for_the_effort_but_not_for_the_noise_is_unexplained() {
+    let verdict = |extra: Extra| diagnosed(extra, 0.0, exact).verdict;
+    assert_eq!(verdict(|t, _, _| 0.03 * (1.7 * t).sin()), Verdict::Unexplained);
+    assert_eq!(verdict(|t, _, _| 0.003 * (1.7 * t).sin()), Verdict::Consistent);
 }
 
 #[test]

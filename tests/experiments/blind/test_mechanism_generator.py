@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from trundle.experiments.blind.mechanism.families import CATALOGUE
+from trundle.experiments.blind.mechanism.families import CATALOGUE, drooping_drive
 from trundle.experiments.blind.mechanism.family import HiddenEffect
 from trundle.experiments.blind.mechanism.generator import allowed_sources, get_family, statistics
 from trundle.experiments.blind.mechanism.measurement import record
@@ -110,3 +110,11 @@ def test_a_hidden_spring_raises_the_misfit(tmp_path: Path) -> None:
         record(scene, hidden, motions, statistics(motions).effort, 0, folder)
         misfits.append(effort_misfits(folder))
     assert np.all(np.array(misfits[1]) > 3 * np.array(misfits[0]))
+
+
+def test_a_drooping_drive_never_exerts_less_for_a_larger_command() -> None:
+    act = drooping_drive({"joint": 0, "droop": 0.4, "largest": 2.0})
+    commands = np.linspace(0.0, 5.0, 101)
+    efforts = np.array([act(np.array([u]))[0] for u in commands])
+    assert np.all(np.diff(efforts) > 0.0)
+    assert efforts[40] == pytest.approx(2.0 * (1.0 - 0.4))

@@ -55,6 +55,12 @@ def test_tied_sets_contain_complete_sets() -> None:
     assert not is_right(answer("latency", tied_sets=[[["tether"], ["floor_slope"]]]), truth("tether"))
 
 
+def test_masses_of_a_clean_mechanism_may_be_refitted() -> None:
+    mechanism = {**truth(), "robot": "arm"}
+    for verdict, right in (("consistent", True), ("reparameterised", True), ("unexplained", False)):
+        assert is_right(answer(verdict=verdict), mechanism) is right
+
+
 def test_clean_and_out_of_catalogue() -> None:
     assert is_right(answer(verdict="consistent"), truth())
     for verdict in ("unexplained", "reparameterised", "refused", "timeout"):
