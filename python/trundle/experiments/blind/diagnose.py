@@ -107,7 +107,9 @@ def summarize_answer(answer: Mapping[str, Any]) -> dict[str, Any]:
     )
 
     held_out = answer["fit"]["held_out"] or {}
+    residual = answer.get("residual") or {}
     return {
+        **{key: residual[key] for key in ("explained",) if key in residual},
         "verdict": answer["verdict"],
         "missing": [{name: one.get(name) for name in names} for one in answer["missing"]],
         "tied": [[name.partition(":")[0] for name in tie] for tie in answer.get("tied", [])],

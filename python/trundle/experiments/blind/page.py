@@ -161,7 +161,13 @@ def of_rows(make: Callable[[Sequence[Row]], str]) -> Callable[[Page], str]:
 
 
 ROW_TABLES = (
-    *(tables.instruments, tables.single_effects, tables.wrong_answers, tables.costs),
+    *(
+        tables.instruments,
+        tables.single_effects,
+        tables.wrong_answers,
+        tables.costs,
+        tables.explained_misfits,
+    ),
     *(error_tables.places, error_tables.parameters, error_tables.intervals, error_tables.probabilities),
 )
 PARTS: dict[str, Callable[[Page], str]] = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from trundle.experiments.blind.score import (
     has_wrong_name,
     is_at_right_place,
     is_right,
+    named_probabilities,
     names_of,
     relative_gain,
 )
@@ -28,6 +30,7 @@ __all__ = [
     "costs",
     "detection_limits",
     "engines_of",
+    "explained_misfits",
     "instruments",
     "leave_one_out",
     "rejections",
@@ -244,6 +247,26 @@ def wrong_answers(rows: Sequence[Row]) -> str:
         hidden = " + ".join(truth["names"]) or "nothing"
         lines.append([row["case"], hidden, how or "–", f"{answer['verdict']} {names}".strip()])
     return table(["case", "hidden effects", "recording", "answer"], lines) if lines else "None."
+
+
+EXPLAINED_LIMITS: tuple[float, ...] = (0.0, 0.15, 0.25, 0.375, 0.5, 0.75, 1.0)
+
+
+def explained_misfits(rows: Sequence[Row]) -> str:
+    """Return how many names at joints are right, by the explained part of their joint's misfit."""
+    found: list[tuple[float, bool]] = []
+    for row in rows:
+        answer, truth = row["answer"], row["truth"]
+        named = zip(answer["missing"], named_probabilities(answer, truth), strict=False)
+        for one, (_, right) in named:
+            joint = (one["where"] or {}).get("joint")
+            if joint in answer.get("explained", {}):
+                found.append((answer["explained"][joint], right))
+    lines = []
+    for low, high in pairwise(EXPLAINED_LIMITS):
+        mine = [right for value, right in found if low <= value < high or value == high == 1.0]
+        lines.append([f"{low:g} to {high:g}", str(sum(mine)), str(len(mine) - sum(mine))])
+    return table(["explained", "right names", "wrong names"], lines)
 
 
 def rejections(truths: Sequence[Row], keys: Sequence[str] = ("rate", "noise", "frame", "contact")) -> str:
