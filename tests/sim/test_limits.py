@@ -12,7 +12,7 @@ import pytest
 
 import trundle
 from trundle._native import NotFiniteError, Snapshot
-from trundle.envs.push import ActionError
+from trundle.envs import ActionError
 
 OBJECT = Path(__file__).parents[2] / "configs" / "objects" / "office_table.toml"
 PUSHING = {"kind": "directional_friction", "angle": 0.3, "difference": -1e6}

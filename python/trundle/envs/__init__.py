@@ -17,10 +17,11 @@ Each exists as ``-v1`` too, and the first four with a level, such as ``trundle/P
 """
 
 from trundle._native import Pushing
+from trundle.envs.action_error import ActionError
 from trundle.envs.goal import PushAroundGoal, PushDoorGoal, PushGoal, PushPathGoal, PushPoseGoal
 from trundle.envs.observation import Observation
 from trundle.envs.oracle import Oracle, VectorOracle
-from trundle.envs.push import ActionError, Push
+from trundle.envs.push import Push
 from trundle.envs.tasks import LockedWheel, PushAround, PushDoor, PushPath, PushPose
 from trundle.envs.vector import PushGoalVec, PushVec
 

@@ -7,15 +7,16 @@ from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.error import InvalidAction, ResetNeeded
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from trundle._native import NotFiniteError, Pushing, Snapshot, TrundleError
+from trundle.envs.action_error import ActionError
 from trundle.envs.push_options import Names, options_toml, reset_options
 from trundle.envs.view import draw, require_episode
 from trundle.envs.window import Window
 
-__all__ = ["ActionError", "Push"]
+__all__ = ["Push"]
 
 Array = NDArray[np.float64]
 Action = NDArray[np.float32]
@@ -24,21 +25,6 @@ RENDER_MODES = ("rgb_array", "human")
 DTYPES = ("float64", "float32")
 REACH, FACING = 0.05, 0.1
 """Default distance (m) and heading error (rad) within which a goal is reached."""
-
-
-class ActionError(TrundleError, InvalidAction):
-    """An action outside the action space; both an `InvalidAction` of Gymnasium and a `TrundleError`.
-
-    Examples
-    --------
-    >>> import gymnasium, trundle
-    >>> env = gymnasium.make("trundle/PushPose-v0", disable_env_checker=True)
-    >>> observation, info = env.reset(seed=0)
-    >>> env.step([2.0, 0.0, 0.0])
-    Traceback (most recent call last):
-        ...
-    trundle.envs.push.ActionError: ...
-    """
 
 
 class Push(gym.Env[Array, Action]):

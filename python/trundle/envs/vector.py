@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from trundle._native import Batch, NotFiniteError, Snapshot, TrundleError
 from trundle.envs import goal, tasks
+from trundle.envs.action_error import ActionError
 from trundle.envs.goal import GoalSpace
 from trundle.envs.observation import Observation
-from trundle.envs.push import FACING, REACH, ActionError, Push
+from trundle.envs.push import FACING, REACH, Push
 from trundle.envs.push_options import default_horizon, reset_options
 from trundle.envs.view import draw, require_episode
 
