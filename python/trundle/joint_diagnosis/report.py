@@ -99,7 +99,8 @@ def headline(answer: JointAnswer) -> str:
     """Return the verdict as one sentence."""
     if answer["verdict"] == "explained":
         names = join_words([name_of_effect(one) for one in answer["missing"]])
-        return f"{capitalise(f'the simulation misses {names}')}."
+        is_probable = all(one["probability"] >= 0.5 for one in answer["missing"])
+        return f"The simulation {'misses' if is_probable else 'may miss'} {names}."
     return {
         "consistent": "Nothing is missing: the simulation agrees with the recording.",
         "reparameterised": "No effect is missing, but the parameter values of the model are wrong.",
