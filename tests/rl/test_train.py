@@ -6,13 +6,16 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch
 
 from trundle.cli import main
+from trundle.envs.oracle import VectorOracle
 from trundle.experiments.training import policy, train
 from trundle.experiments.training.config import Settings, read
 from trundle.experiments.training.evaluate import evaluate
@@ -53,7 +56,25 @@ train_freq = 4
 gradient_steps = 2
 n_steps = 3
 """
-BOTH = pytest.mark.parametrize("own", [PPO, SAC], ids=["PPO", "SAC"])
+PRIVILEGED = PPO.replace("frame_stack = 3", "privileged = true")
+RECURRENT = (
+    PPO.replace('"PPO"', '"RecurrentPPO"').replace("frame_stack = 3", 'policy = "MlpLstmPolicy"')
+    + "policy_kwargs = {net_arch = [8], lstm_hidden_size = 6}\n"
+)
+TQC = SAC.replace('"SAC"', '"TQC"')
+RMA = """
+algorithm = "RMA"
+n_timesteps = 1024
+privileged = true
+normalize = false
+n_steps = 16
+units = 5
+"""
+ALGORITHMS = pytest.mark.parametrize(
+    "own",
+    [PPO, PRIVILEGED, RECURRENT, RMA, SAC, TQC],
+    ids=["PPO", "privileged", "recurrent", "RMA", "SAC", "TQC"],
+)
 
 
 class KilledError(Exception):
@@ -61,8 +82,16 @@ class KilledError(Exception):
 
 
 def written(folder: Path, own: str) -> Path:
-    path = folder / "tiny.toml"
-    path.write_text(own + SHARED)
+    """Write a training's file, and for RMA a teacher."""
+    path, shared = folder / "tiny.toml", SHARED
+    if "policy_kwargs" in own:
+        shared = SHARED.replace("policy_kwargs = {net_arch = [8]}\n", "")
+    if own == RMA:
+        shared = SHARED.replace("policy_kwargs = {net_arch = [8]}\n", "")
+        settings, learner, worlds = learnt(folder, PRIVILEGED)
+        exported(settings, 1, learner, worlds).save(folder / "teacher-1.npz")
+        own += f'teacher = "{folder.as_posix()}/teacher-{{seed}}.npz"\n'
+    path.write_text(own + shared)
     return path
 
 
@@ -72,7 +101,7 @@ def results(folder: Path) -> dict[str, bytes]:
     }
 
 
-@BOTH
+@ALGORITHMS
 def test_an_interrupted_training_ends_with_the_same_bytes(
     own: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -143,7 +172,9 @@ def learnt(tmp_path: Path, own: str) -> tuple[Settings, Any, Worlds]:
     return settings, learner, worlds
 
 
-@BOTH
+@pytest.mark.parametrize(
+    "own", [PPO, PRIVILEGED, RECURRENT, SAC, TQC], ids=["PPO", "privileged", "recurrent", "SAC", "TQC"]
+)
 def test_a_policy_acts_like_its_network(own: str, tmp_path: Path) -> None:
     settings, learner, worlds = learnt(tmp_path, own)
     exported(settings, 1, learner, worlds).save(tmp_path / "policy.npz")
@@ -154,15 +185,65 @@ def test_a_policy_acts_like_its_network(own: str, tmp_path: Path) -> None:
     worlds.batch.seed(7)
     shown = worlds.top.reset()
     plain: Any = gym.make_vec(TASK, 4, "vector_entry_point", autoreset_mode="Disabled", **settings.env_kwargs)
-    bare, state, begun = plain.reset(seed=7)[0], None, np.ones(4, dtype=bool)
+    plain = VectorOracle(plain) if settings.privileged else plain
+    bare, state, begun, memory = plain.reset(seed=7)[0], None, np.ones(4, dtype=bool), None
     for _ in range(65):
-        expected = learner.predict(shown, deterministic=True)[0]
+        expected, memory = learner.predict(shown, memory, episode_start=begun, deterministic=True)
         actions, state = acting.predict(bare, state, begun)
         assert np.allclose(actions, expected, atol=1e-5)
         shown, _, begun, _ = worlds.top.step(expected)
         bare, *_ = plain.step(expected)
         if begun.any():
             bare = plain.reset(options={"reset_mask": begun.copy()})[0]
+
+
+def test_rapid_motor_adaptation_acts_on_its_estimates(tmp_path: Path) -> None:
+    settings, learner, worlds = learnt(tmp_path, RMA)
+    acting = exported(settings, 1, learner, worlds)
+    assert (acting.about.hidden, acting.about.entries) == (0, worlds.batch.observation_space.shape[0] - 10)
+    teacher = policy.load(tmp_path / "teacher-1.npz")
+    plain: Any = gym.make_vec(TASK, 4, "vector_entry_point", autoreset_mode="Disabled", **settings.env_kwargs)
+    bare, _ = plain.reset(seed=7)
+    values = torch.as_tensor(worlds.monitor.venv._convert(VectorOracle(plain).observations(bare)))
+    seen = learner._normalised(values.numpy())[:, :-10]
+    zeros = torch.zeros(1, 4, 5)
+    with torch.no_grad():
+        estimate, _ = learner.policy(seen, torch.ones(4), (zeros, zeros))
+    told = estimate.numpy() * teacher.deviation[-10:] + teacher.mean[-10:]
+    expected, _ = teacher.predict(np.concatenate([bare, told], axis=1))
+    assert np.allclose(acting.predict(bare)[0], expected, atol=1e-5)
+
+
+def test_the_memory_learns_the_hidden_parameters(tmp_path: Path) -> None:
+    file = written(tmp_path, RMA)
+    file.write_text("learning_rate = 0.01\n" + file.read_text().replace("n_envs = 4", "n_envs = 64"))
+    settings = read(file)
+    learner: Any = algorithm(settings, 1, make_worlds(settings))
+    logged: dict[str, list[float]] = {}
+    learner.set_logger(SimpleNamespace(record=lambda key, value: logged.setdefault(key, []).append(value)))
+    learner.learn(32_768)
+    losses = logged["train/loss"]
+    assert np.mean(losses[-8:]) < 0.7 * np.mean(losses[:2])
+
+
+def test_contact_costs_nothing_before_the_ramp(tmp_path: Path) -> None:
+    file = written(tmp_path, PPO)
+    file.write_text(
+        file.read_text()
+        .replace("-v0", "-v1")
+        .replace('hidden = "locked", object = ["office_table", "random"], ', 'hidden = "none", ')
+        .replace("turn_cost = 0.5", "turn_cost = 0.5, touch_ramp = [0.5, 1.0]")
+    )
+    settings = read(file)
+    worlds = make_worlds(settings)
+    worlds.top.reset()
+    refunds = {}
+    for step in (0, settings.n_timesteps):
+        worlds.shaped.n_steps = step
+        worlds.shaped.contact[:] = 0.0
+        refunds[step] = worlds.shaped._touch_refund(np.zeros(4, bool), [{"contact_time": 0.03}] * 4)
+    assert np.allclose(refunds[0], 10.0 * 0.03)
+    assert np.allclose(refunds[settings.n_timesteps], 0.0)
 
 
 def test_reward_shaping_does_not_change_the_return(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ Each exists as ``-v1`` too, and the first four with a level, such as ``trundle/P
 from trundle._native import Pushing
 from trundle.envs.action_error import ActionError
 from trundle.envs.goal import PushAroundGoal, PushDoorGoal, PushGoal, PushPathGoal, PushPoseGoal
+from trundle.envs.ids import FLAT
 from trundle.envs.observation import Observation
 from trundle.envs.oracle import Oracle, VectorOracle
 from trundle.envs.push import Push
@@ -53,7 +54,3 @@ __all__ = [
 
 def __dir__() -> list[str]:
     return __all__
-
-
-FLAT = (LockedWheel, PushPose, PushPath, PushAround, PushDoor)
-"""The tasks whose observations are arrays."""

@@ -66,7 +66,7 @@ def test_each_agent_plays_each_world_once(whole: Path) -> None:
 
 def test_the_document_contains_the_results(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page = (whole / "out/tiny.md").read_text()
-    assert "**A table** (`table`, 3 worlds): Adaptive succeeds in" in page
+    assert "**A table** (`table`, 3 worlds): Adaptive succeeds without touching in" in page
     assert "seeds 70 to 72" in page
     assert "`coulomb_friction` (at foot, force [10.0, 30.0])" in page
     assert "| `table` | Adaptive | regret | ≤ 900 % |" in page

@@ -49,7 +49,7 @@ def test_a_file_is_read_in_its_order(tmp_path: Path) -> None:
             "`agents.oracle.options` = {'horizon': 0}",
         ),
         ('worlds = "table",', "", "`targets[0].worlds` is missing"),
-        ('figure = "regret"', 'figure = "regert"', "it is one of 'success', 'quick success', 'regret'"),
+        ('figure = "regret"', 'figure = "regert"', "one of 'success', 'success without touching'"),
         (", most = 9.0", "", "give least or most"),
         ("most = 9.0", "most = 9.0, least = 1.0", "give least or most"),
         ("most = 9.0", 'most = "9"', "`targets[0].most` = '9'; it is a number"),

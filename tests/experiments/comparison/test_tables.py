@@ -87,7 +87,9 @@ def test_hidden_effects_have_diagnosis_names() -> None:
 
 
 def test_the_first_sentence_states_success_and_regret() -> None:
-    assert headlines(SETTINGS, RESULTS).startswith("- **Worlds** (`w`, 3 worlds): Mine succeeds in 66.7 % [")
+    assert headlines(SETTINGS, RESULTS).startswith(
+        "- **Worlds** (`w`, 3 worlds): Mine succeeds without touching in 66.7 % ["
+    )
     assert "loses 83 % [" in headlines(SETTINGS, RESULTS)
     assert headlines(SETTINGS, RESULTS).endswith("; Oracle 100.0 %.")
 
@@ -96,4 +98,4 @@ def test_a_fixed_agent_has_no_success_by_number_of_fits() -> None:
     fixed = [{**one, "fits": 0, "learning": 0.0} for one in MINE]
     settings = {"oracle": SETTINGS.agents["oracle"], "mine": Agent("Fixed", "adaptive", {"adapt": False})}
     table = tables.outcomes(Settings("n", "T", SETTINGS.worlds, settings, "mine"), {"mine": fixed})
-    assert table.splitlines()[2].split(" | ")[2] == "–"
+    assert table.splitlines()[2].split(" | ")[3] == "–"

@@ -22,7 +22,10 @@ EXAMPLE = "trundle play PushDoor --set action=velocity --episodes 3 --gif door.g
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the task, the agent and the outputs."""
     parser.add_argument(
-        "task", metavar="TASK", help="task: PushPose, PushPath, PushAround, PushDoor or LockedWheel"
+        "task",
+        metavar="TASK",
+        help="PushPose, PushPath, PushAround, PushDoor or LockedWheel, with a level or a version if wanted: "
+        "PushAroundHard, PushDoor-v1 (default: the first version)",
     )
     parser.add_argument("--episodes", type=int, default=1, help="number of episodes (default 1)")
     parser.add_argument(
@@ -68,12 +71,14 @@ def _make_environment(args: argparse.Namespace, agent: str | Policy) -> gymnasiu
     import gymnasium
 
     import trundle
+    from trundle.envs.ids import flat_id, flat_ids
 
-    known = sorted(task.__name__ for task in trundle.envs.FLAT)
-    if args.task not in known:
-        raise trundle.TrundleError(f"TASK = {args.task}: choose one of {', '.join(known)}")
+    name = flat_id(args.task)
+    if name is None:
+        known = ", ".join(id.removeprefix("trundle/") for id in flat_ids())
+        raise trundle.TrundleError(f"TASK = {args.task}: choose one of {known}")
     mode = "human" if args.human else "rgb_array" if args.gif else None
-    name, trained = f"trundle/{args.task}-v0", {} if isinstance(agent, str) else agent.about.env_kwargs
+    trained = {} if isinstance(agent, str) else agent.about.env_kwargs
     if not isinstance(agent, str) and agent.about.env != name:
         raise trundle.TrundleError(
             f"--agent {args.agent}: the policy was trained in {agent.about.env}, not in {name}"
@@ -82,4 +87,6 @@ def _make_environment(args: argparse.Namespace, agent: str | Policy) -> gymnasiu
         env = gymnasium.make(name, render_mode=mode, **{**trained, **parse_pairs(args.set)})
     except TypeError as error:
         raise trundle.TrundleError(f"--set {' '.join(args.set)}: {error}") from None
-    return env if args.out is None else trundle.Record(env, args.out)
+    env = env if args.out is None else trundle.Record(env, args.out)
+    is_privileged = not isinstance(agent, str) and agent.about.hidden > 0
+    return trundle.envs.Oracle(env) if is_privileged else env

@@ -31,6 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="train only this seed; may be repeated (default: all seeds in CONFIG)",
     )
+    parser.add_argument(
+        "--device",
+        default="cpu",
+        help="device of PyTorch: cpu (default), cuda or auto; cpu gives the same bytes",
+    )
     add_backend(parser)
     add_quiet(parser)
 
@@ -42,12 +47,15 @@ def run(args: argparse.Namespace) -> int:
 
     settings = read(args.config)
     chosen = select_seeds(args.seed, settings.seeds)
-    require("stable_baselines3", "rl", "trainings")
+    for module in ("stable_baselines3", "sb3_contrib"):
+        require(module, "rl", "trainings")
     from trundle.experiments.training.train import train_one
 
     where = select_backend(args)
     quiet = args.quiet or where != Local(1)  # progress lines of parallel trainings would overlap
-    for line in in_order(where, train_one, [(args.config, seed, args.out, quiet) for seed in chosen]):
+    for line in in_order(
+        where, train_one, [(args.config, seed, args.out, quiet, args.device) for seed in chosen]
+    ):
         print(line, flush=True)
     return 0
 

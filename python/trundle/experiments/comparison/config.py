@@ -118,7 +118,7 @@ class Target:
 
     worlds: str
     agent: str
-    figure: Literal["success", "quick success", "regret"]
+    figure: Literal["success", "success without touching", "quick success", "regret"]
     least: float | None = None
     most: float | None = None
 

@@ -11,7 +11,7 @@ from trundle.experiments import figure_style
 from trundle.experiments.comparison import figures, page, tables
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.comparison.results import Curves, Results, read_costs, read_curves, read_results
-from trundle.experiments.comparison.scores import regret, success
+from trundle.experiments.comparison.scores import regret, untouched_success
 from trundle.experiments.markdown import prose
 from trundle.experiments.results import Row
 from trundle.recording import TrundleError
@@ -90,11 +90,11 @@ def headlines(settings: Settings, results: Results) -> str:
 def headline(settings: Settings, name: str, group: Group) -> str:
     """Return the sentence of a group of worlds."""
     titles = {agent: settings.agents[agent].title for agent in group}
-    rates = {agent: success(rows) for agent, rows in group.items()}
+    rates = {agent: untouched_success(rows) for agent, rows in group.items()}
     main = rates.pop(settings.main, None)
     parts = []
     if main is not None:
-        parts.append(f"{titles[settings.main]} succeeds in {tables.percent(main)}")
+        parts.append(f"{titles[settings.main]} succeeds without touching in {tables.percent(main)}")
         if oracle := tables.oracle_rows(settings, group):
             lost = tables.percent(regret(group[settings.main], oracle), ".0f")
             parts[0] += f" and loses {lost} of return to the oracle"

@@ -18,7 +18,7 @@ from trundle.experiments.runs.episode import count_onsets
 from trundle.experiments.training import policy
 from trundle.recording import TrundleError
 
-__all__ = ["make_player", "play", "play_unit"]
+__all__ = ["begin", "play", "play_unit"]
 
 
 def make_player(agent: Agent, run: int, env: Env) -> trundle.AdaptiveAgent | policy.Policy:
@@ -48,23 +48,35 @@ def make_player(agent: Agent, run: int, env: Env) -> trundle.AdaptiveAgent | pol
     return trundle.AdaptiveAgent(env, settings, model=model)
 
 
+def begin(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Env, Any, Any]:
+    """Return the environment of an episode, its first observation, and the agent.
+
+    The observations of a privileged policy contain the hidden parameters.
+    """
+    env, observation = make_world(worlds, seed, agent.options)
+    player = make_player(agent, run, env)
+    if isinstance(player, policy.Policy) and player.about.hidden:
+        revealing = trundle.envs.Oracle(env)
+        return revealing, revealing.observation(observation), player
+    return env, observation, player
+
+
 def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
     """Run one episode.
 
     Returns
     -------
     row : dict
-        `success`, `lost`, `touches` (number of collisions with obstacles), `seconds` (duration), `limit`
-        (time limit, s), `return`, remaining `distance` (m) and `heading` (rad, absolute), `radius` of the
-        object (m, from its origin to its farthest corner). For an adaptive agent also `fits`, `learning`
-        (time of the last fit, s), `regrasps`, and the `named` effects in order. The same arguments give the
-        same row.
+        `success`, `lost`, `touches` (number of collisions with obstacles), `contact` (their duration, s),
+        `seconds` (duration), `limit` (time limit, s), `return`, remaining `distance` (m) and `heading` (rad,
+        absolute), `radius` of the object (m, from its origin to its farthest corner). For an adaptive agent
+        also `fits`, `learning` (time of the last fit, s), `regrasps`, and the `named` effects in order. The
+        same arguments give the same row.
     timing : dict
         `decisions`, and the CPU seconds of all decisions and of the longest one: `total`, `longest`.
     """
-    env, observation = make_world(worlds, seed, agent.options)
+    env, observation, player = begin(worlds, agent, run, seed)
     source: Any = env.unwrapped
-    player: Any = make_player(agent, run, env)
     state, over, gained = None, False, 0.0
     costs: list[float] = []
     touched: list[bool] = []
@@ -79,8 +91,9 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
         "success": bool(info["is_success"]),
         "lost": bool(info["lost"]),
         "touches": count_onsets(touched),
+        "contact": float(info["contact_time"]),
         "seconds": source.control * len(costs),
-        "limit": source.horizon * source.control,
+        "limit": time_limit(env) * source.control,
         "return": gained,
         "distance": float(info["distance"]),
         "heading": abs(float(info["heading_error"])),
@@ -89,6 +102,13 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
     }
     env.close()
     return row, {"decisions": len(costs), "total": sum(costs), "longest": max(costs)}
+
+
+def time_limit(env: Env) -> int:
+    """Return the number of steps after which an episode is truncated."""
+    source: Any = env.unwrapped
+    limits = (source.horizon, (env.spec and env.spec.max_episode_steps) or 0)
+    return min(limit for limit in limits if limit)
 
 
 def learning_summary(agent: Any) -> Row:

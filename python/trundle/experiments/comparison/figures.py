@@ -11,7 +11,7 @@ import numpy as np
 from trundle.experiments import figure_style
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.comparison.results import Curves, Results
-from trundle.experiments.comparison.scores import success, time_to_success
+from trundle.experiments.comparison.scores import time_to_success, untouched_success
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,16 +37,16 @@ def colours(settings: Settings) -> dict[str, str]:
 
 
 def successes(settings: Settings, results: Results) -> Figure:
-    """Draw the success rate of each agent in each group of worlds, with intervals."""
+    """Draw the rate of success without touching of each agent in each group of worlds, with intervals."""
     figure, axes = panels(settings, results, 0.8 + 0.2 * max(map(len, results.values())))
     chosen = colours(settings)
     for one, group in zip(axes, results.values(), strict=True):
         for down, (agent, rows) in enumerate(group.items()):
-            found = success(rows)
+            found = untouched_success(rows)
             one.plot([found.low, found.high], [down, down], color=chosen[agent], linewidth=1.6)
             one.plot(found.value, down, "o", color=chosen[agent], markersize=4.5)
         one.set_yticks(range(len(group)), [settings.agents[agent].title for agent in group])
-        one.set(xlim=(-0.03, 1.03), ylim=(len(group) - 0.4, -0.6), xlabel="success")
+        one.set(xlim=(-0.03, 1.03), ylim=(len(group) - 0.4, -0.6), xlabel="success without touching")
     return figure
 
 

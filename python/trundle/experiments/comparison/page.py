@@ -9,7 +9,7 @@ import numpy as np
 from trundle.experiments import document
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.comparison.results import Curves, Results
-from trundle.experiments.comparison.scores import success, time_to_success
+from trundle.experiments.comparison.scores import time_to_success, untouched_success
 from trundle.experiments.results import Row
 from trundle.report.figures.canvas import WIDTH, Figure, figure, label
 from trundle.report.figures.curves import Curve, Lane
@@ -48,8 +48,8 @@ def render(text: str, settings: Settings, results: Results, curves: Curves) -> s
 
 
 def _successes(index: int, settings: Settings, name: str, group: Mapping[str, Rows]) -> Figure:
-    """Return the success rate of each agent in a group of worlds, with intervals of 95 %."""
-    rates = {settings.agents[agent].title: success(rows) for agent, rows in group.items()}
+    """Return the rate of success without touching of each agent in a group, with intervals of 95 %."""
+    rates = {settings.agents[agent].title: untouched_success(rows) for agent, rows in group.items()}
     width, height = WIDTH - _LEFT - _RIGHT, _ROW * len(rates)
     drawing: list[Child] = [_share_axis(width, height)]
     for row, (title, rate) in enumerate(rates.items()):
@@ -62,11 +62,19 @@ def _successes(index: int, settings: Settings, name: str, group: Mapping[str, Ro
             label(f"{100.0 * rate.value:.0f}\N{NO-BREAK SPACE}%", WIDTH - 2.0, y + 4.0, "tick", "end"),
         ]
     worlds = settings.worlds[name].title
-    text = f"Success of each agent in {worlds}: points with intervals of 95 %."
+    text = f"Success without touching of each agent in {worlds}: points with intervals of 95 %."
     rows = [(title, rate.value, rate.low, rate.high) for title, rate in rates.items()]
-    data = Data(("agent", "success", "lower bound of 95 %", "upper bound of 95 %"), rows)
+    data = Data(("agent", "success without touching", "lower bound of 95 %", "upper bound of 95 %"), rows)
     total = _TOP + height + 34.0
-    return figure(f"success-{index}", f"Success in {worlds}", text, total, drawing, (worlds, ""), data=data)
+    return figure(
+        f"success-{index}",
+        f"Success without touching in {worlds}",
+        text,
+        total,
+        drawing,
+        (worlds, ""),
+        data=data,
+    )
 
 
 def _share_axis(width: float, height: float) -> Child:
@@ -80,7 +88,7 @@ def _share_axis(width: float, height: float) -> Child:
         for share in (0.0, 0.5, 1.0)
         for x in (_LEFT + width * share,)
     ]
-    return [*lines, label("success, %", _LEFT + width, bottom + 30.0, "tick", "end")]
+    return [*lines, label("success without touching, %", _LEFT + width, bottom + 30.0, "tick", "end")]
 
 
 def _profiles(index: int, settings: Settings, name: str, group: Mapping[str, Rows]) -> Figure:

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from trundle.experiments.comparison.config import Settings, Trial, read
 from trundle.experiments.comparison.document import write_document
-from trundle.experiments.comparison.episode import make_player, play_unit
+from trundle.experiments.comparison.episode import begin, play_unit
 from trundle.experiments.comparison.results import write_costs, write_results
-from trundle.experiments.comparison.world import make_world
 from trundle.experiments.execution import Execution
 from trundle.experiments.results import Row
 from trundle.experiments.runner import Unit
@@ -70,8 +69,7 @@ def check_players(config: Path, settings: Settings) -> None:
         for agent in worlds.agents:
             try:
                 for run in settings.agents[agent].runs:
-                    env, observation = make_world(worlds, worlds.first, settings.agents[agent].options)
-                    playing = make_player(settings.agents[agent], run, env)
+                    env, observation, playing = begin(worlds, settings.agents[agent], run, worlds.first)
                     action, _ = playing.predict(observation, episode_start=True)
                     env.step(action)
             except TrundleError as error:

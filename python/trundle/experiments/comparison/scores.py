@@ -11,6 +11,7 @@ from trundle.experiments.statistics import Estimate, Scores, iqm, rate, relative
 
 __all__ = [
     "MAX_QUICK_PUSHES",
+    "is_untouched_success",
     "middle",
     "quick_success",
     "regret",
@@ -19,6 +20,7 @@ __all__ = [
     "share",
     "success",
     "time_to_success",
+    "untouched_success",
 ]
 
 MAX_QUICK_PUSHES = 2
@@ -50,6 +52,16 @@ def middle(rows: Sequence[Row], figure: Figure) -> Estimate:
 def success(rows: Sequence[Row]) -> Estimate:
     """Return an agent's success rate."""
     return share(rows, lambda row: row["success"])
+
+
+def untouched_success(rows: Sequence[Row]) -> Estimate:
+    """Return an agent's rate of success without touching an obstacle."""
+    return share(rows, is_untouched_success)
+
+
+def is_untouched_success(row: Row) -> bool:
+    """Return whether an episode reached the goal without touching an obstacle."""
+    return bool(row["success"] and row["touches"] == 0)
 
 
 def quick_success(rows: Sequence[Row], push: float) -> Estimate:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from operator import itemgetter
+from statistics import mean
 
 import trundle
+from trundle.envs.ids import task_of
 from trundle.experiments.comparison.config import Settings, Target, Worlds
 from trundle.experiments.comparison.results import Curves, Results
 from trundle.experiments.comparison.scores import (
     MAX_QUICK_PUSHES,
+    is_untouched_success,
     middle,
     quick_success,
     regret,
@@ -19,6 +22,7 @@ from trundle.experiments.comparison.scores import (
     share,
     success,
     time_to_success,
+    untouched_success,
 )
 from trundle.experiments.markdown import table
 from trundle.experiments.results import Row
@@ -43,7 +47,12 @@ OWN_WHEEL = "viscous_wheel"
 """Law of the agent's initial model; diagnoses do not name it."""
 SECOND_WHEEL = "second_wheel"
 """Name of a second wheel in diagnoses."""
-DIFFERENCES = ["success, percentage points", "cost, sums", "probability of better return", "time, sums"]
+DIFFERENCES = [
+    "success without touching, percentage points",
+    "cost, sums",
+    "probability of better return",
+    "time, sums",
+]
 
 
 def percent(found: Estimate, form: str = ".1f") -> str:
@@ -63,13 +72,22 @@ def outcomes(settings: Settings, group: Mapping[str, Rows]) -> str:
         agent = settings.agents[name]
         quick = percent(quick_success(rows, settings.push)) if agent.learns else NONE
         lost, hit = share(rows, itemgetter("lost")), share(rows, lambda row: row["touches"] > 0)
+        contact = f"{mean(row['contact'] for row in rows):.2f}" if "contact" in rows[0] else NONE
         distance = middle(rows, lambda row: row["distance"] / row["radius"]).text(".3f")
         heading = middle(rows, itemgetter("heading")).text(".1f", 57.29578)
-        lines.append(
-            [agent.title, percent(success(rows)), quick, percent(lost), percent(hit), distance, heading]
-        )
-    head = ["agent", "success", f"after ≤ {MAX_QUICK_PUSHES} learning pushes", "lost", "collision"]
-    return table([*head, "remaining distance / radius", "remaining heading error, °"], lines)
+        rates = [percent(one) for one in (untouched_success(rows), success(rows))]
+        lines.append([agent.title, *rates, quick, percent(lost), percent(hit), contact, distance, heading])
+    head = [
+        "agent",
+        "success without touching",
+        "success",
+        f"after ≤ {MAX_QUICK_PUSHES} learning pushes",
+        "lost",
+    ]
+    return table(
+        [*head, "collision", "mean contact, s", "remaining distance / radius", "remaining heading error, °"],
+        lines,
+    )
 
 
 def regret_table(settings: Settings, group: Mapping[str, Rows]) -> str:
@@ -110,7 +128,8 @@ def target_figure(settings: Settings, target: Target, rows: Rows, oracle: Rows) 
         return None
     if target.figure == "regret":
         return regret(rows, oracle)
-    return success(rows) if target.figure == "success" else quick_success(rows, settings.push)
+    figures = {"success": success, "success without touching": untouched_success}
+    return figures[target.figure](rows) if target.figure in figures else quick_success(rows, settings.push)
 
 
 def target_cells(target: Target, found: Estimate) -> list[str]:
@@ -148,7 +167,7 @@ def policy_comparison(settings: Settings, results: Results) -> str:
 def difference_cells(a: Rows, b: Rows) -> list[str]:
     """Return the differences between two agents."""
     return [
-        difference(*(scores(rows, itemgetter("success")) for rows in (a, b))).text("+.1f", 100.0),
+        difference(*(scores(rows, is_untouched_success) for rows in (a, b))).text("+.1f", 100.0),
         percent(regret(a, b), "+.0f"),
         percent(improvement(*(scores(rows, itemgetter("return")) for rows in (a, b))), ".0f"),
         percent(regret(a, b, time_to_success), "+.0f"),
@@ -172,8 +191,8 @@ def diagnoses(settings: Settings, results: Results) -> str:
 
 def hidden_effects(worlds: Worlds) -> set[str] | None:
     """Return the hidden effects besides a wheel, by the names of diagnoses; None if worlds differ in them."""
-    fixed = {f"trundle/{task.__name__}-v0": task.FIXED.get("hidden") for task in trundle.envs.FLAT}
-    drawn = worlds.options.get("hidden", fixed.get(worlds.env))
+    task = task_of(worlds.env)
+    drawn = worlds.options.get("hidden", task and task.FIXED.get("hidden"))
     if drawn not in ("none", "locked"):
         return None
     names = {law["kind"]: law["effect"] for law in trundle.effects()}

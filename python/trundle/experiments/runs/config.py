@@ -10,6 +10,7 @@ import gymnasium as gym
 
 import trundle
 from trundle.agent_settings import AgentSettings, read_agent_settings
+from trundle.envs.ids import flat_ids
 from trundle.recording import TrundleError
 from trundle.settings import build_settings, check_horizon, parse_format
 
@@ -89,7 +90,7 @@ def read(path: Path) -> Settings:
         arguments.
     """
     file = build_settings(path, File, parse_format(path, FORMAT))
-    supported = [f"trundle/{task.__name__}-v0" for task in trundle.envs.FLAT]
+    supported = flat_ids()
     if file.environment not in supported:
         raise TrundleError(f"{path}: environment = {file.environment!r}: choose {', '.join(supported)}")
     if file.seed < 0:

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import torch
-from stable_baselines3 import SAC
+from sb3_contrib import RecurrentPPO
+from sb3_contrib.common.recurrent.type_aliases import RNNStates
 
-from trundle.experiments.training.networks import Algorithm
-from trundle.experiments.training.worlds import Worlds, pick_attributes
+from trundle.experiments.training.networks import is_off_policy
+from trundle.experiments.training.rma import RMA
+from trundle.experiments.training.worlds import Worlds, pick_attributes, set_attributes
 
 __all__ = ["restore", "state"]
 
@@ -25,20 +27,26 @@ COUNTERS = (
     "ep_info_buffer",
     "ep_success_buffer",
 )
+LSTM_STATES = "_last_lstm_states"
 BUFFER_ARRAYS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 """Arrays of a replay buffer; the first axis is filled from the start."""
 
 
-def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
+def state(learner: Any, worlds: Worlds) -> dict[str, Any]:
     """Return the state between two rollouts: networks, optimisers, replay buffer, worlds, random numbers."""
     found = {
         "networks": learner.get_parameters(),
         "counters": pick_attributes(learner, COUNTERS),
         "worlds": worlds.state(),
         "random": (random.getstate(), np.random.get_state(), torch.get_rng_state()),
+        "random_cuda": torch.cuda.get_rng_state_all() if torch.cuda.is_available() else [],
         "sampling": learner.action_space.np_random.bit_generator.state,
     }
-    if isinstance(learner, SAC):
+    if isinstance(learner, RecurrentPPO):
+        found["memory"] = [tuple(pair) for pair in getattr(learner, LSTM_STATES)]
+    if isinstance(learner, RMA):
+        found["memory"] = learner.memory_state
+    if is_off_policy(learner):
         buffer = learner.replay_buffer
         filled = buffer.buffer_size if buffer.full else buffer.pos
         arrays = {name: getattr(buffer, name)[:filled] for name in BUFFER_ARRAYS}
@@ -48,12 +56,17 @@ def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
     return found
 
 
-def restore(learner: Algorithm, worlds: Worlds, found: dict[str, Any]) -> None:
+def restore(learner: Any, worlds: Worlds, found: dict[str, Any]) -> None:
     """Restore a new algorithm and its worlds to a state."""
-    learner.set_parameters(found["networks"], device="cpu")
-    vars(learner).update(found["counters"])
+    learner.set_parameters(found["networks"], device=learner.device)
+    set_attributes(learner, found["counters"])
     worlds.restore(found["worlds"])
-    if isinstance(learner, SAC):
+    if isinstance(learner, RecurrentPPO):
+        pairs = (tuple(one.to(learner.device) for one in pair) for pair in found["memory"])
+        setattr(learner, LSTM_STATES, RNNStates(*pairs))
+    if isinstance(learner, RMA):
+        learner.memory_state = tuple(one.to(learner.device) for one in found["memory"])
+    if is_off_policy(learner):
         buffer = learner.replay_buffer
         buffer.pos, buffer.full, arrays = found["buffer"]
         for name, filled in arrays.items():
@@ -65,3 +78,5 @@ def restore(learner: Algorithm, worlds: Worlds, found: dict[str, Any]) -> None:
     random.setstate(python)
     np.random.set_state(numpy)
     torch.set_rng_state(torch_state)
+    if torch.cuda.is_available():
+        torch.cuda.set_rng_state_all(found["random_cuda"])

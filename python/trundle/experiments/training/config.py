@@ -9,18 +9,35 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from trundle._native import TrundleError
-from trundle.experiments.training.frames import TASKS
+from trundle.envs.ids import task_of
 from trundle.rules import Count, EnvOptions, Rule, Share, pattern
 from trundle.settings import SettingsError, build_settings, parse_format
 
-__all__ = ["PPO", "SAC", "Evaluation", "Network", "RewardShaping", "Settings", "read"]
+__all__ = [
+    "PPO",
+    "RMA",
+    "SAC",
+    "TQC",
+    "Evaluation",
+    "Network",
+    "RecurrentPPO",
+    "RewardShaping",
+    "Settings",
+    "read",
+]
 
 FORMAT = "trundle-train/1"
 SEED_STRIDE = 1_000_000
 """Difference of the seeds of two trainings, so that they have different worlds."""
 NUMBER = r"\d+\.?\d*(e-?\d+)?"
 
-Task = Annotated[str, Rule(TASKS.__contains__, f"one of {', '.join(TASKS)}")]
+Task = Annotated[
+    str,
+    Rule(
+        lambda env: task_of(env) is not None,
+        "an environment with arrays of observations, such as trundle/PushAroundHard-v1",
+    ),
+]
 Seed = Annotated[int, Rule(lambda seed: 0 < seed < 1000, "a whole number from 1 to 999")]
 Linear = Annotated[str, pattern(f"lin_{NUMBER}", '"lin_0.001" for a linear schedule to zero')]
 """A schedule as in RL Zoo."""
@@ -44,12 +61,22 @@ class RewardShaping:
         of the environment's reward: the distance, and 0.3 m for each radian.
     turn_cost : float
         Cost per second and radian of heading error. Without it some trainings turn in the wrong direction.
+    touch_ramp : (float, float), optional
+        Shares of the training between which the cost of contact rises from zero to that of the environment,
+        so that the task is learnt first. For version 1.
     """
 
     success_bonus: float = 0.0
     loss_cost: float = 100.0
     miss_cost: float = 0.0
     turn_cost: float = 0.0
+    touch_ramp: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.touch_ramp is not None and not 0 <= self.touch_ramp[0] < self.touch_ramp[1] <= 1:
+            raise SettingsError(
+                f"touch_ramp = {list(self.touch_ramp)}: give two shares in order, from 0 to 1"
+            )
 
 
 @dataclass(frozen=True)
@@ -83,6 +110,7 @@ class Network:
     net_arch: list[Count] | None = None
     activation_fn: Literal["tanh", "relu"] | None = None
     log_std_init: float | None = None
+    lstm_hidden_size: Count | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,8 +121,8 @@ class Settings:
     ----------
     name : str
         Prefix of policies, curves and checkpoints; by default the name of the file without its suffix.
-    algorithm : {"PPO", "SAC"}
-        Of stable-baselines3.
+    algorithm : {"PPO", "RecurrentPPO", "RMA", "SAC", "TQC"}
+        Of stable-baselines3 and sb3-contrib; RMA: `trundle.experiments.training.rma`.
     env : str
         The environment's id.
     n_timesteps : int
@@ -111,6 +139,9 @@ class Settings:
         Number of stacked observations.
     frame : {"world", "object"}
         Frame of the observations; see `trundle.experiments.training.frames`.
+    privileged : bool
+        Whether observations contain the hidden parameters, as `trundle.envs.Oracle` appends them: the bound
+        of what adaptation can reach.
     checkpoint_every : int
         Steps between checkpoints.
     policy_kwargs : Network
@@ -130,6 +161,7 @@ class Settings:
     normalize: bool = True
     frame_stack: Count = 1
     frame: Literal["world", "object"] = "world"
+    privileged: bool = False
     checkpoint_every: Count = 100_000
     policy_kwargs: Network = Network()
     aids: RewardShaping = RewardShaping()
@@ -152,6 +184,11 @@ class Settings:
     def plain(self) -> dict[str, Any]:
         """Return everything except the seeds that a training depends on, as plain values."""
         common = {key: value for key, value in asdict(self).items() if key in COMMON - {"name", "seeds"}}
+        # Settings without the fields of later versions keep their digest.
+        if not self.privileged:
+            del common["privileged"]
+        if self.aids.touch_ramp is None:
+            del common["aids"]["touch_ramp"]
         return {**common, "hyperparameters": self.hyperparameters, "policy_kwargs": self.network}
 
     @property
@@ -174,6 +211,16 @@ class PPO(Settings):
     clip_range: float | Linear | None = None
     max_grad_norm: float | None = None
     target_kl: float | None = None
+    use_sde: bool | None = None
+    sde_sample_freq: Count | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecurrentPPO(PPO):
+    """Settings with the hyperparameters of sb3-contrib's PPO with a memory."""
+
+    algorithm: Literal["RecurrentPPO"] = "RecurrentPPO"  # type: ignore[assignment]
+    policy: Literal["MlpLstmPolicy"] = "MlpLstmPolicy"  # type: ignore[assignment]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,9 +239,46 @@ class SAC(Settings):
     n_steps: Count | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class TQC(SAC):
+    """Settings with the hyperparameters of sb3-contrib's TQC."""
+
+    algorithm: Literal["TQC"] = "TQC"  # type: ignore[assignment]
+    top_quantiles_to_drop_per_net: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RMA(Settings):
+    """Settings of the second phase of rapid motor adaptation.
+
+    Attributes
+    ----------
+    teacher : str
+        Policy file of the first phase, which was trained with `privileged = true`; "{seed}" is replaced by
+        the seed.
+    n_steps : int
+        Steps of each environment between two updates, which the gradient goes through.
+    units : int
+        Units of the memory.
+    """
+
+    algorithm: Literal["RMA"] = "RMA"
+    teacher: str
+    n_steps: Count = 64
+    units: Count = 64
+
+    def __post_init__(self) -> None:
+        if not self.privileged or self.normalize or self.frame_stack > 1:
+            raise SettingsError(
+                "RMA needs privileged = true, normalize = false and no frame_stack: the teacher normalises"
+            )
+
+
 COMMON = {one.name for one in fields(Settings)} - {"policy", "learning_rate", "batch_size", "gamma"}
 """Fields that are no hyperparameters."""
-ALGORITHMS: dict[object, type[Settings]] = {"PPO": PPO, "SAC": SAC}
+ALGORITHMS: dict[object, type[Settings]] = {
+    kind.__name__: kind for kind in (PPO, RecurrentPPO, RMA, SAC, TQC)
+}
 
 
 def read(path: Path) -> Settings:

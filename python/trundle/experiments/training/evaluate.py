@@ -8,9 +8,19 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
+from trundle.envs.oracle import VectorOracle
 from trundle.experiments.training.policy import Policy
 
 __all__ = ["evaluate"]
+
+ENDS = {
+    "is_success": "success",
+    "success_without_touching": "untouched",
+    "lost": "lost",
+    "distance": "distance",
+    "heading_error": "heading",
+}
+"""Name in a result of each of the last infos of an episode."""
 
 
 def evaluate(
@@ -31,14 +41,16 @@ def evaluate(
     Returns
     -------
     dict
-        Means over the worlds: `success` and `lost` (rates), remaining `distance` (m) and `heading` (rad),
-        `return` (of the environment's own reward), `length` (steps).
+        Means over the worlds: `success`, `untouched` (success without touching) and `lost` (rates), remaining
+        `distance` (m) and `heading` (rad), `return` (of the environment's own reward), `length` (steps).
     """
     worlds: Any = gym.make_vec(env, episodes, "vector_entry_point", **env_kwargs)
+    if policy.about.hidden:
+        worlds = VectorOracle(worlds)
     observations, _ = worlds.reset(seed=first)
     under_way = np.ones(episodes, dtype=bool)
     gained, lengths = np.zeros(episodes), np.zeros(episodes)
-    ends = {key: np.zeros(episodes) for key in ("is_success", "lost", "distance", "heading_error")}
+    ends = {key: np.zeros(episodes) for key in ENDS}
     state = None
     while under_way.any():
         actions, state = policy.predict(observations, state)
@@ -51,6 +63,5 @@ def evaluate(
             column[ended] = np.abs(infos[key][ended])
         under_way &= ~ended
     worlds.close()
-    names = ("success", "lost", "distance", "heading")
-    means = {name: float(column.mean()) for name, column in zip(names, ends.values(), strict=True)}
+    means = {ENDS[key]: float(column.mean()) for key, column in ends.items()}
     return {**means, "return": float(gained.mean()), "length": float(lengths.mean())}

@@ -7,9 +7,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.envs.ids import task_of
 from trundle.envs.observation import Observation
+from trundle.envs.push import Push
+from trundle.envs.tasks import LockedWheel, PushAround, PushDoor, PushPath, PushPose
 
-__all__ = ["TASKS", "entry_count", "to_frame", "to_object_frame"]
+__all__ = ["entry_count", "to_frame", "to_object_frame"]
 
 Array = NDArray[np.float64]
 
@@ -17,20 +20,24 @@ CLOSE_SCALE = 0.1
 """Offset (m or rad) at which a saturated goal entry is half of its limit."""
 CLOSE_ENTRIES = 3
 """Number of saturated goal entries."""
-TASKS: dict[str, Callable[[Observation], tuple[Sequence[Array], Sequence[Array]]]] = {
-    "trundle/PushPose-v0": lambda fields: ([], []),
-    "trundle/LockedWheel-v0": lambda fields: ([], []),
-    "trundle/PushPath-v0": lambda fields: (list(np.moveaxis(fields.path_points, -2, 0)), []),
-    "trundle/PushAround-v0": lambda fields: ([fields.box_position], [fields.box_direction]),
-    "trundle/PushDoor-v0": lambda fields: ([fields.door_position], [fields.door_direction]),
+TASKS: dict[type[Push], Callable[[Observation], tuple[Sequence[Array], Sequence[Array]]]] = {
+    PushPose: lambda fields: ([], []),
+    LockedWheel: lambda fields: ([], []),
+    PushPath: lambda fields: (list(np.moveaxis(fields.path_points, -2, 0)), []),
+    PushAround: lambda fields: ([fields.box_position], [fields.box_direction]),
+    PushDoor: lambda fields: ([fields.door_position], [fields.door_direction]),
 }
 """The task's own positions and directions in a batch of observations, as views of shape (n, 2)."""
 
 
-def to_frame(observations: Array, task: str, frame: str) -> NDArray[np.float32]:
-    """Return observations of shape (n, entries) in a frame, float32."""
-    converted = to_object_frame(observations, task) if frame == "object" else observations
-    return np.asarray(converted, dtype=np.float32)
+def to_frame(observations: Array, env: str, frame: str, hidden: int) -> NDArray[np.float32]:
+    """Return observations of shape (n, entries) in a frame, float32.
+
+    The last `hidden` entries are hidden parameters, in object axes already.
+    """
+    seen, parameters = np.split(observations, [observations.shape[1] - hidden], axis=1)
+    converted = to_object_frame(seen, env) if frame == "object" else seen
+    return np.concatenate([converted, parameters], axis=1).astype(np.float32)
 
 
 def entry_count(entries: int, frame: str) -> int:
@@ -38,7 +45,7 @@ def entry_count(entries: int, frame: str) -> int:
     return entries + CLOSE_ENTRIES if frame == "object" else entries
 
 
-def to_object_frame(observations: Array, task: str) -> Array:
+def to_object_frame(observations: Array, env: str) -> Array:
     """Return observations in the object's frame, without loss of information.
 
     The object's position is replaced by the world's origin in the object's frame. Its heading stays, because
@@ -50,13 +57,13 @@ def to_object_frame(observations: Array, task: str) -> Array:
     ----------
     observations : ndarray, shape (n, entries)
         World frame, from the environment.
-    task : str
+    env : str
         The environment's id.
     """
     origin = Observation(observations).position
     cos, sin = Observation(observations).direction.T
     fields = Observation(observations.copy())  # the fields are views: the assignments below change its vector
-    points, directions = TASKS[task](fields)
+    points, directions = TASKS[task_of(env) or Push](fields)
 
     def rotated(vectors: Array) -> Array:
         x, y = vectors.T

@@ -1,4 +1,4 @@
-"""Algorithms of stable-baselines3 from settings, and export of their policies; needs `trundle[rl]`."""
+"""Algorithms from settings, and export of their policies; needs `trundle[rl]`."""
 
 from __future__ import annotations
 
@@ -6,29 +6,42 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import torch
+from sb3_contrib import TQC, RecurrentPPO
 from stable_baselines3 import PPO, SAC
 
+from trundle.envs.oracle import Oracle
 from trundle.experiments.training.config import SEED_STRIDE, Settings
+from trundle.experiments.training.network import Network
 from trundle.experiments.training.policy import About, Policy
+from trundle.experiments.training.rma import RMA
+from trundle.experiments.training.torch_arrays import layer_of, memory_of
 from trundle.experiments.training.worlds import Worlds
 
-__all__ = ["Algorithm", "algorithm", "exported"]
+__all__ = ["Algorithm", "algorithm", "exported", "is_off_policy"]
 
-Algorithm: TypeAlias = PPO | SAC
-ALGORITHMS = {"PPO": PPO, "SAC": SAC}
+Algorithm: TypeAlias = PPO | RecurrentPPO | SAC | TQC | RMA
+ALGORITHMS = {kind.__name__: kind for kind in (PPO, RecurrentPPO, SAC, TQC)}
 ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 
-def algorithm(settings: Settings, seed: int, worlds: Worlds) -> Algorithm:
-    """Return an untrained algorithm."""
+def algorithm(settings: Settings, seed: int, worlds: Worlds, device: str = "cpu") -> Algorithm:
+    """Return an untrained algorithm on a device of PyTorch."""
     arguments, network = settings.hyperparameters, settings.network
     for key, value in arguments.items():
         if isinstance(value, str) and value.startswith("lin_"):
             arguments[key] = linear_schedule(float(value.removeprefix("lin_")))
+    common = {"env": worlds.top, "seed": seed * SEED_STRIDE, "device": device}
+    if settings.algorithm == "RMA":
+        teacher = arguments.pop("teacher").replace("{seed}", str(seed))
+        return RMA(teacher=teacher, **common, **{k: v for k, v in arguments.items() if k != "policy"})
     if "activation_fn" in network:
         network["activation_fn"] = ACTIVATIONS[network["activation_fn"]]
-    chosen = ALGORITHMS[settings.algorithm]
-    return chosen(env=worlds.top, seed=seed * SEED_STRIDE, device="cpu", policy_kwargs=network, **arguments)
+    return ALGORITHMS[settings.algorithm](policy_kwargs=network, **common, **arguments)
+
+
+def is_off_policy(learner: Algorithm) -> bool:
+    """Return whether an algorithm has a replay buffer; its actions are then squashed."""
+    return isinstance(learner, SAC | TQC)
 
 
 def linear_schedule(most: float) -> Any:
@@ -38,23 +51,10 @@ def linear_schedule(most: float) -> Any:
 
 def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) -> Policy:
     """Return the current policy in a form that needs NumPy only."""
-    policy = learner.policy
-    squashed = isinstance(learner, SAC)
-    if squashed:
-        modules = [*policy.actor.latent_pi, policy.actor.mu]
-    else:
-        modules = [*policy.mlp_extractor.policy_net, policy.action_net]
-    layers = [
-        (module.weight.detach().numpy().copy(), module.bias.detach().numpy().copy())
-        for module in modules
-        if isinstance(module, torch.nn.Linear)
-    ]
-    inputs = layers[0][0].shape[1]
-    mean, deviation, clip = np.zeros(inputs), np.ones(inputs), np.inf
-    if worlds.normalize is not None:
-        scales = worlds.normalize.obs_rms
-        mean, deviation = scales.mean.copy(), np.sqrt(scales.var + worlds.normalize.epsilon)
-        clip = worlds.normalize.clip_obs
+    revealed = len(Oracle.NAMES) if settings.privileged else 0
+    hidden = 0 if isinstance(learner, RMA) else revealed
+    network = network_of(settings, learner)
+    mean, deviation, clip = learner.normalisation() if isinstance(learner, RMA) else normalisation(worlds)
     about = About(
         config=settings.name,
         digest=settings.digest,
@@ -63,11 +63,36 @@ def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) 
         steps=int(learner.num_timesteps),
         env=settings.env,
         env_kwargs=settings.env_kwargs,
-        entries=worlds.batch.observation_space.shape[0],
+        entries=worlds.batch.observation_space.shape[0] - revealed + hidden,
         frame=settings.frame,
         frame_stack=settings.frame_stack,
-        activation=settings.network.get("activation_fn", "relu" if squashed else "tanh"),
-        squashed=squashed,
+        activation=network.activation,
+        squashed=is_off_policy(learner),
         clip_obs=float(clip),
+        hidden=hidden,
     )
-    return Policy(about, mean, deviation, layers)
+    return Policy(about, mean, deviation, network)
+
+
+def network_of(settings: Settings, learner: Algorithm) -> Network:
+    """Return the network from observations to mean actions."""
+    if isinstance(learner, RMA):
+        return learner.network()
+    policy = learner.policy
+    if is_off_policy(learner):
+        modules = [*policy.actor.latent_pi, policy.actor.mu]
+    else:
+        modules = [*policy.mlp_extractor.policy_net, policy.action_net]
+    layers = [layer_of(module) for module in modules if isinstance(module, torch.nn.Linear)]
+    memory = memory_of(policy.lstm_actor) if isinstance(learner, RecurrentPPO) else None
+    default = "relu" if is_off_policy(learner) else "tanh"
+    return Network(layers, settings.network.get("activation_fn", default), memory)
+
+
+def normalisation(worlds: Worlds) -> tuple[Any, Any, float]:
+    """Return mean, deviation and limit of the inputs of a network."""
+    if worlds.normalize is None:
+        inputs = worlds.top.observation_space.shape[0]
+        return np.zeros(inputs), np.ones(inputs), np.inf
+    scales = worlds.normalize.obs_rms
+    return scales.mean.copy(), np.sqrt(scales.var + worlds.normalize.epsilon), worlds.normalize.clip_obs

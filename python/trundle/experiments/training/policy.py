@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from trundle._native import TrundleError
 from trundle.atomic import atomic_file
 from trundle.experiments.training.frames import entry_count, to_frame
+from trundle.experiments.training.network import Network
 
 __all__ = ["About", "Policy", "load"]
 
 FORMAT = "trundle-policy/1"
 ABOUT = "about"
 Array = NDArray[np.float64]
-Past = NDArray[np.float32]
-Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
+State = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,9 @@ class About:
         Whether actions are the hyperbolic tangent of the last layer; otherwise they are clipped.
     clip_obs : float
         Limit of an input, in standard deviations.
+    hidden : int
+        Number of hidden parameters that `trundle.envs.Oracle` appends to the observations; `entries` counts
+        them too.
     """
 
     config: str
@@ -65,13 +68,14 @@ class About:
     activation: str
     squashed: bool
     clip_obs: float
+    hidden: int = 0
 
 
 class Policy:
     """A network that maps the last observations to the mean action.
 
-    It has the `predict` of stable-baselines3's algorithms, for unwrapped observations of the environment: it
-    converts the frame, stacks and normalises by itself.
+    It has the `predict` of stable-baselines3's algorithms, for unwrapped observations of the environment, or
+    of `trundle.envs.Oracle` if `about.hidden` is not 0. It converts the frame, stacks and normalises itself.
 
     Parameters
     ----------
@@ -79,33 +83,32 @@ class Policy:
     mean, deviation : ndarray, shape (frame_stack * entry_count,)
         Normalisation of the inputs, oldest observation first. `frames.entry_count` returns the number of
         entries of each.
-    layers : list of (weight, bias)
-        Shapes (outputs, inputs) and (outputs,).
+    network : Network
     """
 
-    def __init__(self, about: About, mean: Array, deviation: Array, layers: list[Layer]) -> None:
+    def __init__(self, about: About, mean: Array, deviation: Array, network: Network) -> None:
         self.about = about
-        self._mean, self._deviation, self._layers = mean, deviation, layers
+        self.mean, self.deviation, self.network = mean, deviation, network
 
     @property
     def parameters(self) -> int:
         """Number of weights and biases."""
-        return sum(weight.size + bias.size for weight, bias in self._layers)
+        return self.network.parameters
 
     def predict(
         self,
         observation: Any,
-        state: Past | None = None,
+        state: State | None = None,
         episode_start: Any = None,
         deterministic: bool = True,
-    ) -> tuple[NDArray[np.float32], Past]:
+    ) -> tuple[NDArray[np.float32], State]:
         """Return the next action of each environment.
 
         Parameters
         ----------
         observation : ndarray, shape (entries,) or (n, entries)
             Of one environment, or of n.
-        state : ndarray, shape (n, frame_stack, width), optional
+        state : ndarray, shape (n, frame_stack, width) or (n, 2, units), optional
             The state returned by the previous call; None at the start of episodes.
         episode_start : bool or ndarray of bool, shape (n,), optional
             Where it is True the state is reset.
@@ -116,8 +119,9 @@ class Policy:
         -------
         actions : ndarray, shape (3,) or (n, 3)
             In the action space.
-        state : ndarray, shape (n, frame_stack, width)
-            The last observations as network inputs, zeros before the start of an episode.
+        state : ndarray, shape (n, frame_stack, width) or (n, 2, units)
+            The last observations as network inputs, zeros before the start of an episode; or the state of the
+            network's memory.
 
         Raises
         ------
@@ -131,35 +135,34 @@ class Policy:
                 f"an observation of shape {rows.shape} does not fit this policy: "
                 f"{self.about.env} with {self.about.env_kwargs} has {entries} entries"
             )
-        past = self._past(state, episode_start, len(many))
-        past = np.concatenate(
-            [past[:, 1:], to_frame(many, self.about.env, self.about.frame)[:, None]], axis=1
-        )
-        actions = self._network(past.reshape(len(many), -1))
-        return actions.reshape((*rows.shape[:-1], actions.shape[1])), past
+        state = self._begun(state, episode_start, len(many))
+        seen = to_frame(many, self.about.env, self.about.frame, self.about.hidden)
+        if self.network.memory is None:
+            state = np.concatenate([state[:, 1:], seen[:, None]], axis=1)
+            values, _ = self.network.run(self._normalised(state.reshape(len(many), -1)), None)
+        else:
+            values, after = self.network.run(self._normalised(seen), state)
+            state = state if after is None else after
+        actions = np.tanh(values) if self.about.squashed else np.clip(values, -1, 1)
+        return actions.reshape((*rows.shape[:-1], actions.shape[1])), state
 
-    def _past(self, state: Past | None, episode_start: Any, count: int) -> Past:
-        shape = (count, self.about.frame_stack, entry_count(self.about.entries, self.about.frame))
+    def _begun(self, state: State | None, episode_start: Any, count: int) -> State:
+        """Return the state before an observation, zeros where an episode starts."""
+        memory, about = self.network.memory, self.about
+        width = entry_count(about.entries, about.frame)
+        shape = (count, about.frame_stack, width) if memory is None else (count, 2, memory.units)
         if state is None or state.shape != shape:
             return np.zeros(shape, dtype=np.float32)
         begun = np.broadcast_to(np.asarray(False if episode_start is None else episode_start), count)
         return np.where(begun[:, None, None], np.float32(0), state)
 
-    def _network(self, inputs: Past) -> NDArray[np.float32]:
+    def _normalised(self, inputs: State) -> State:
         limit = self.about.clip_obs
-        values = np.clip((inputs - self._mean) / self._deviation, -limit, limit).astype(np.float32)
-        *hidden, last = self._layers
-        for weight, bias in hidden:
-            values = values @ weight.T + bias
-            values = np.tanh(values) if self.about.activation == "tanh" else np.maximum(values, 0)
-        values = values @ last[0].T + last[1]
-        return np.tanh(values) if self.about.squashed else np.clip(values, -1, 1)
+        return np.clip((inputs - self.mean) / self.deviation, -limit, limit).astype(np.float32)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the policy atomically; the same policy gives the same bytes."""
-        arrays: dict[str, Any] = {"mean": self._mean, "deviation": self._deviation}
-        for k, (weight, bias) in enumerate(self._layers):
-            arrays |= {f"weight_{k}": weight, f"bias_{k}": bias}
+        arrays: dict[str, Any] = {"mean": self.mean, "deviation": self.deviation, **self.network.arrays()}
         arrays[ABOUT] = np.array(json.dumps({"format": FORMAT, **asdict(self.about)}))
         with atomic_file(Path(path)) as part, part.open("wb") as file:
             np.savez_compressed(file, **arrays)
@@ -186,9 +189,8 @@ def load(path: str | os.PathLike[str]) -> Policy:
         about = json.loads(str(arrays.pop(ABOUT)))
         if about.pop("format") != FORMAT:
             raise ValueError("another format")
-        count = sum(key.startswith("weight_") for key in arrays)
-        layers = [(arrays[f"weight_{k}"], arrays[f"bias_{k}"]) for k in range(count)]
-        return Policy(About(**about), arrays["mean"], arrays["deviation"], layers)
+        network = Network.from_arrays(arrays, about["activation"])
+        return Policy(About(**about), arrays["mean"], arrays["deviation"], network)
     except OSError:
         raise
     except Exception as error:  # damaged files raise various errors

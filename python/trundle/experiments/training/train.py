@@ -17,6 +17,7 @@ from trundle._native import TrundleError
 from trundle.atomic import read_json, write_text
 from trundle.experiments.results import Row, rounded
 from trundle.experiments.training import checkpoint, state_file
+from trundle.experiments.training.card import model_card
 from trundle.experiments.training.config import Settings, read
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import Algorithm, algorithm, exported
@@ -28,9 +29,9 @@ __all__ = ["Training", "has_flattened", "train_one"]
 Show = Callable[[str], object]
 CURVE_ABOUT = ("config", "digest", "seed", "algorithm", "env", "env_kwargs", "steps")
 """Metadata of the policy that a curve's file repeats."""
-PLATEAU_SHARE = 0.2
+PLATEAU_SHARE = 0.25
 """Share of a curve that is compared with the share before it."""
-MIN_IMPROVEMENT = 0.02
+MIN_IMPROVEMENT = 0.01
 """Increase of the success rate, or decrease of the distance in m, that counts as an improvement."""
 LOG_INTERVAL = 20
 """Rollouts of PPO, or episodes of SAC, between entries in TensorBoard."""
@@ -41,19 +42,22 @@ MIN_SECONDS_BETWEEN_LINES = 0.2
 class Training:
     """One training run of a configuration.
 
-    In `folder`, `policies/NAME-SEED.npz`, `curves/NAME-SEED.json` and `timing/NAME-SEED.json` are written at
-    the end; `work/NAME-SEED/` holds the checkpoint until then, and the data of TensorBoard. The same settings
-    and seed give the same policy and the same curve, however often the training is interrupted.
+    In `folder`, `policies/NAME-SEED.npz` with its model card `.md`, `curves/NAME-SEED.json` and
+    `timing/NAME-SEED.json` are written at the end; `work/NAME-SEED/` holds the checkpoint until then, and the
+    data of TensorBoard. The same settings and seed give the same policy and the same curve, however often the
+    training is interrupted.
 
     Parameters
     ----------
     settings : Settings
     seed : int
     folder : Path
+    device : str
+        Device of PyTorch. Another device rounds otherwise, and gives another policy.
     """
 
-    def __init__(self, settings: Settings, seed: int, folder: Path) -> None:
-        self.settings, self.seed = settings, seed
+    def __init__(self, settings: Settings, seed: int, folder: Path, device: str = "cpu") -> None:
+        self.settings, self.seed, self._device = settings, seed, device
         self.name = f"{settings.name}-{seed}"
         self.policy_file = folder / "policies" / f"{self.name}.npz"
         self._curve_file = folder / "curves" / f"{self.name}.json"
@@ -80,7 +84,7 @@ class Training:
             return self._check_digest(read_json(self._curve_file))
         torch.set_num_threads(1)
         worlds = make_worlds(self.settings)
-        learner = algorithm(self.settings, self.seed, worlds)
+        learner = algorithm(self.settings, self.seed, worlds, self._device)
         installed = importlib.util.find_spec("tensorboard") is not None
         writers = [TensorBoardOutputFormat(str(self._work))] if installed else []
         learner.set_logger(Logger(str(self._work), writers))
@@ -118,14 +122,15 @@ class Training:
             "curve": self.curve,
         }
         write_text(self._timing_file, json.dumps({"cpu_seconds": round(seconds, 1)}, indent=1) + "\n")
+        write_text(self.policy_file.with_suffix(".md"), model_card(self.settings, policy.about, result))
         write_text(self._curve_file, json.dumps(result, indent=1) + "\n")
         self.checkpoint_file.unlink(missing_ok=True)
         return result
 
 
-def train_one(config: Path, seed: int, out: Path, quiet: bool) -> str:
+def train_one(config: Path, seed: int, out: Path, quiet: bool, device: str) -> str:
     """Train one seed of a configuration, and return its result as a sentence."""
-    training = Training(read(config), seed, out)
+    training = Training(read(config), seed, out, device)
     with Progress("training", quiet=quiet) as progress:
         result = training.run(progress.show)
     last, rises = result["curve"][-1], "" if result["flattened"] else "; the curve still improves"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import (
     VecEnv,
@@ -16,8 +18,9 @@ from stable_baselines3.common.vec_env import (
 )
 
 from trundle._native import TrundleError
+from trundle.envs.oracle import Oracle, VectorOracle
 from trundle.envs.sb3 import SB3VecEnv
-from trundle.experiments.training.config import RewardShaping, Settings
+from trundle.experiments.training.config import Settings
 from trundle.experiments.training.frames import entry_count, to_frame
 
 __all__ = ["Worlds", "make_worlds"]
@@ -26,6 +29,9 @@ ENV_LOSS_COST, ENV_HEADING_WEIGHT_M = 100.0, 0.3
 """Weights in the environments' reward: cost of a lost object, and of a radian of heading error (m)."""
 NEAR_GOAL_M = 0.2
 """Scale of the error for `miss_cost`."""
+ENV_TOUCH_COST = 10.0
+"""Default cost of a second of contact in version 1."""
+SHAPED_KEYS = ("n_steps", "contact")
 MONITOR_KEYS = ("episode_returns", "episode_lengths", "episode_count")
 NORMALIZE_KEYS = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
 
@@ -33,10 +39,10 @@ NORMALIZE_KEYS = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
 class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
     """Converts observations to a frame, float32."""
 
-    def __init__(self, venv: VecEnv, task: str, frame: str) -> None:
+    def __init__(self, venv: VecEnv, env: str, frame: str, hidden: int) -> None:
         shape = (entry_count(venv.observation_space.shape[0], frame),)
         super().__init__(venv, observation_space=gym.spaces.Box(-np.inf, np.inf, shape, np.float32))
-        self._task, self._frame = task, frame
+        self._env, self._frame, self._hidden = env, frame, hidden
 
     def reset(self) -> NDArray[np.float32]:
         """Start episodes."""
@@ -51,18 +57,21 @@ class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
         return self._convert(observations), rewards, dones, infos
 
     def _convert(self, observations: Any) -> NDArray[np.float32]:
-        return to_frame(observations, self._task, self._frame)
+        return to_frame(observations, self._env, self._frame, self._hidden)
 
 
 class ShapedRewardWrapper(VecEnvWrapper):  # type: ignore[misc]
     """Adds shaped rewards. An inner monitor records those of the environment."""
 
-    def __init__(self, venv: VecEnv, aids: RewardShaping, period: float) -> None:
+    def __init__(self, venv: VecEnv, settings: Settings, period: float) -> None:
         super().__init__(venv)
-        self._aids, self._period = aids, period
+        self._aids, self._period, self._n_timesteps = settings.aids, period, settings.n_timesteps
+        self._touch_cost = float(settings.env_kwargs.get("touch_cost", ENV_TOUCH_COST))
+        self.n_steps, self.contact = 0, np.zeros(venv.num_envs)
 
     def reset(self) -> Any:
         """Start episodes."""
+        self.contact[:] = 0.0
         return self.venv.reset()
 
     def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
@@ -71,11 +80,22 @@ class ShapedRewardWrapper(VecEnvWrapper):  # type: ignore[misc]
         turns = np.array([abs(info["heading_error"]) for info in infos])
         errors = np.array([info["distance"] for info in infos]) + ENV_HEADING_WEIGHT_M * turns
         cost = self._aids.miss_cost * np.tanh(errors / NEAR_GOAL_M) + self._aids.turn_cost * turns
-        rewards = (rewards - self._period * cost).astype(np.float32)
+        rewards = (rewards - self._period * cost + self._touch_refund(dones, infos)).astype(np.float32)
         for index in np.flatnonzero(dones):
             rewards[index] += self._aids.success_bonus * infos[index]["is_success"]
             rewards[index] += (ENV_LOSS_COST - self._aids.loss_cost) * infos[index]["lost"]
         return observations, rewards, dones, infos
+
+    def _touch_refund(self, dones: NDArray[np.bool_], infos: list[dict[str, Any]]) -> Any:
+        """Return the part of the cost of contact that is not charged yet."""
+        self.n_steps += len(infos)
+        if self._aids.touch_ramp is None:
+            return 0.0
+        first, last = self._aids.touch_ramp
+        share = np.clip((self.n_steps / self._n_timesteps - first) / (last - first), 0.0, 1.0)
+        contact = np.array([info["contact_time"] for info in infos])
+        during, self.contact = contact - self.contact, np.where(dones, 0.0, contact)
+        return (1.0 - share) * self._touch_cost * during
 
 
 class Worlds(NamedTuple):
@@ -83,6 +103,7 @@ class Worlds(NamedTuple):
 
     batch: SB3VecEnv
     monitor: VecMonitor
+    shaped: ShapedRewardWrapper
     stack: VecFrameStack | None
     normalize: VecNormalize | None
     top: VecEnv
@@ -92,6 +113,7 @@ class Worlds(NamedTuple):
         state = {
             "episodes": self.batch.env_method("snapshot"),
             "monitor": pick_attributes(self.monitor, MONITOR_KEYS),
+            "shaped": pick_attributes(self.shaped, SHAPED_KEYS),
         }
         if self.stack is not None:
             state["stack"] = self.stack.stacked_obs.stacked_obs
@@ -103,16 +125,23 @@ class Worlds(NamedTuple):
         """Restore a state of environments with the same settings."""
         for index, episode in enumerate(state["episodes"]):
             self.batch.env_method("restore", episode, indices=index)
-        vars(self.monitor).update(state["monitor"])
+        set_attributes(self.monitor, state["monitor"])
+        set_attributes(self.shaped, state["shaped"])
         if self.stack is not None:
             self.stack.stacked_obs.stacked_obs = state["stack"]
         if self.normalize is not None:
-            vars(self.normalize).update(state["normalize"])
+            set_attributes(self.normalize, state["normalize"])
 
 
 def pick_attributes(owner: Any, names: tuple[str, ...]) -> dict[str, Any]:
     """Return the existing attributes of an object among `names`."""
     return {name: getattr(owner, name) for name in names if hasattr(owner, name)}
+
+
+def set_attributes(owner: Any, values: Mapping[str, Any]) -> None:
+    """Set the attributes of an object that `pick_attributes` returned."""
+    for name, value in values.items():
+        setattr(owner, name, value)
 
 
 def action_period(settings: Settings) -> float:
@@ -129,17 +158,25 @@ def make_worlds(settings: Settings) -> Worlds:
     TrundleError
         If the environment rejects its arguments.
     """
+    hidden = len(Oracle.NAMES) if settings.privileged else 0
     try:
         step = action_period(settings)
-        batch = SB3VecEnv.make(settings.env, settings.n_envs, **settings.env_kwargs)
+        vector = gym.make_vec(
+            settings.env,
+            settings.n_envs,
+            "vector_entry_point",
+            autoreset_mode=AutoresetMode.DISABLED,
+            **settings.env_kwargs,
+        )
     except TypeError as error:
         raise TrundleError(f"env_kwargs = {settings.env_kwargs}: {error}") from None
-    monitor = VecMonitor(FrameWrapper(batch, settings.env, settings.frame))
-    top: VecEnv = ShapedRewardWrapper(monitor, settings.aids, step)
+    batch = SB3VecEnv(VectorOracle(vector) if hidden else vector)
+    monitor = VecMonitor(FrameWrapper(batch, settings.env, settings.frame, hidden))
+    top: VecEnv = (shaped := ShapedRewardWrapper(monitor, settings, step))
     stack = normalize = None
     if settings.frame_stack > 1:
         top = stack = VecFrameStack(top, settings.frame_stack)
     if settings.normalize:
         gamma = settings.hyperparameters.get("gamma", 0.99)
         top = normalize = VecNormalize(top, gamma=gamma)
-    return Worlds(batch, monitor, stack, normalize, top)
+    return Worlds(batch, monitor, shaped, stack, normalize, top)

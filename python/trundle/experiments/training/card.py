@@ -1,0 +1,52 @@
+"""Model cards of trained policies (Mitchell et al. 2019)."""
+
+from __future__ import annotations
+
+from trundle.experiments.markdown import table
+from trundle.experiments.results import Row
+from trundle.experiments.training.config import Settings
+from trundle.experiments.training.policy import About
+
+__all__ = ["model_card"]
+
+
+def model_card(settings: Settings, about: About, result: Row) -> str:
+    """Return the card of a policy as Markdown.
+
+    Parameters
+    ----------
+    settings : Settings
+    about : About
+        Metadata of the policy.
+    result : dict
+        The result of the training, with its curve.
+    """
+    last = result["curve"][-1]
+    worlds = settings.evaluation
+    success, untouched, lost = (f"{100 * last[key]:.1f} %" for key in ("success", "untouched", "lost"))
+    sees = "the observations of the environment"
+    sees += f" and {about.hidden} hidden parameters" if about.hidden else ""
+    sees += f", the last {about.frame_stack} of them" if about.frame_stack > 1 else ""
+    facts = [
+        ("algorithm", about.algorithm),
+        ("environment", f"`{about.env}` with `{about.env_kwargs}`"),
+        ("input", f"{sees}, in the frame of the {about.frame}"),
+        ("output", "the mean action, clipped to the action space"),
+        ("parameters", f"{result['parameters']:,}"),
+        ("steps, simulated time", f"{about.steps:,}, {result['simulated_seconds'] / 3600:.0f} h"),
+        ("reward shaping", f"`{settings.aids}`" if settings.algorithm != "RMA" else "none"),
+        ("converged", "yes" if result["flattened"] else "no: the curve still improved at the end"),
+        ("settings", f"`{about.config}.toml`, seed {about.seed}, digest `{about.digest}`"),
+    ]
+    return f"""# {about.config}-{about.seed}
+
+A policy of `trundle train`, to be compared with adaptive agents on the same hidden worlds.
+
+{table(["property", "value"], facts)}
+
+In {worlds.episodes} other worlds of the training distribution it reached the goal in {success}, without
+touching an obstacle in {untouched}, and lost the object in {lost}.
+
+It is not meant for objects, arms or instruments outside its environment, and not for real robots.
+`trundle.experiments.training.policy.load` loads it and needs NumPy only.
+"""
