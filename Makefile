@@ -21,7 +21,7 @@ RUST := $(shell find env adaptive python/src -type f -not -path '*/tests/*' -not
 
 say = @printf '\n\033[1m==> %s\033[0m\n' $(1)
 
-.PHONY: help build demo test test-slow test-rl test-browser lint format lock bench wheel sdist docs notebooks rust-docs clean
+.PHONY: help build demo test test-slow test-rl test-browser lint lint-rust lint-python format lock bench wheel sdist docs notebooks rust-docs clean
 
 help: ## show this text
 	@echo "trundle: push unknown objects, estimate their physics, and diagnose what a simulation misses."
@@ -30,7 +30,8 @@ help: ## show this text
 	@echo
 	@echo "Needs $(PYTHON) >= 3.10 with venv, cargo (rustup.rs) and a C linker; PYTHON=... chooses another Python."
 
-build: $(VENV)/.built ## build the package and the command .venv/bin/trundle
+build: ## build the package and the command .venv/bin/trundle
+	@$(MAKE) --jobs 2 $(VENV)/.built
 
 demo: build ## simulate a recording of a table with hidden defects and diagnose it (about 6 minutes in a new clone)
 	$(call say,"1/2 simulating pushes of a table with a locked wheel and hidden dry friction")
@@ -58,9 +59,14 @@ test-rl: build $(VENV)/.rl ## run the tests of the extra [rl]; installs PyTorch 
 	$(BIN)/python -m pytest tests/rl
 
 lint: $(VENV)/.packages ## check formatting, clippy, ruff and mypy
+	@$(MAKE) --jobs 2 lint-rust lint-python
+
+lint-rust: $(VENV)/.created
 	$(call say,"Rust: rustfmt and clippy")
 	cargo fmt --all --check
 	cargo clippy --release --locked --workspace --all-targets -- --deny warnings
+
+lint-python: $(VENV)/.packages
 	$(call say,"Python: ruff and mypy")
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -120,13 +126,23 @@ $(VENV)/.created:
 		{ echo "$(PYTHON) cannot create environments: on Debian, apt install python3-venv"; exit 1; }
 	@touch $@
 
-$(VENV)/.packages: requirements.lock | $(VENV)/.created
+# maturin is installed first, so that Rust is compiled while pip fetches the other packages.
+$(VENV)/.maturin: requirements.lock | $(VENV)/.created
+	@sed -nE '/^(maturin|tomli)==/,/[^\\]$$/p' requirements.lock > $(VENV)/maturin.lock
+	$(PIP) install --require-hashes -r $(VENV)/maturin.lock
+	@touch $@
+
+$(VENV)/.packages: requirements.lock $(VENV)/.maturin
 	$(call say,"Python packages from requirements.lock (download of 350 MB)")
 	$(PIP) install --require-hashes -r requirements.lock
 	@touch $@
 
-$(VENV)/.built: $(RUST) $(VENV)/.packages
+$(VENV)/.compiled: $(RUST) $(VENV)/.maturin
 	$(call say,"compiling the Rust half: some minutes the first time")
+	$(BIN)/maturin develop --release --locked --skip-install
+	@touch $@
+
+$(VENV)/.built: $(VENV)/.compiled $(VENV)/.packages
 	$(BIN)/maturin develop --release --locked
 	@touch $@
 
