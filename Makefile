@@ -16,6 +16,9 @@ TRUNDLE := $(BIN)/trundle
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
+# One more than there are processors, because some tests wait.
+PROCESSES = $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
+
 RUST := $(shell find env adaptive python/src -type f -not -path '*/tests/*' -not -path '*/benches/*') \
 	python/Cargo.toml Cargo.toml Cargo.lock pyproject.toml
 
@@ -33,18 +36,18 @@ help: ## show this text
 build: ## build the package and the command .venv/bin/trundle
 	@$(MAKE) --jobs 2 $(VENV)/.built
 
-demo: build ## simulate a recording of a table with hidden defects and diagnose it (about 6 minutes in a new clone)
+demo: build ## simulate a recording of a table with hidden defects and diagnose it (about 8 minutes in a new clone)
 	$(call say,"1/2 simulating pushes of a table with a locked wheel and hidden dry friction")
 	$(TRUNDLE) simulate --demo --out demo/recording
 	$(call say,"2/2 diagnosing the recording")
 	$(TRUNDLE) diagnose demo/recording --out demo/diagnosis
 	$(call say,"report: demo/diagnosis/report.html")
 
-test: build ## build and run the Rust and Python tests (about 20 minutes in a new clone)
+test: build ## build and run the Rust and Python tests (about 25 minutes in a new clone)
 	$(call say,"1/2 Rust tests (most of the time is compilation)")
 	cargo test --release --locked --workspace
 	$(call say,"2/2 Python tests")
-	$(BIN)/python -m pytest --ignore tests/rl -m "not slow and not browser" --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --ignore tests/rl -m "not slow and not browser" --numprocesses $(PROCESSES) --dist loadfile
 
 test-slow: build ## run the slow tests, each of a minute or more
 	cargo test --release --locked --workspace -- --ignored

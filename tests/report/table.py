@@ -48,7 +48,7 @@ def resistance(twist: Triple, drag: float) -> Triple:
 
 
 def simulate(wrench: Array, drag: float, substeps: int = 4) -> tuple[Array, Array]:
-    """Poses and body twists (n, 3) from rest at the origin; plain numbers, because arrays of three are slow."""
+    """Poses and body twists (n, 3) from rest at the origin, by plain numbers: arrays of three are slow."""
     x, y, theta, u, v, spin = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     rows, h = [(x, y, theta, u, v, spin)], DT / substeps
     for force_x, force_y, torque in wrench[1:].tolist():

@@ -1,4 +1,4 @@
-"""The stub of the native module agrees with it: names, parameters and defaults. `make lint` checks its types."""
+"""The stub of the native module agrees with it: names, parameters and defaults. `make lint` checks types."""
 
 from __future__ import annotations
 

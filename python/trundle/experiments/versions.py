@@ -76,7 +76,7 @@ def python_files(source: Path) -> Iterable[Path]:
 
 @functools.cache
 def file_digest(path: Path, modified_ns: int, size: int) -> bytes:
-    """Return the SHA-256 of a Python file without its docstrings; it is computed once for each state of the file."""
+    """Return the SHA-256 of a Python file without docstrings, computed once for each state of the file."""
     return hashlib.sha256(without_text(path)).digest()
 
 
