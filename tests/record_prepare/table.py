@@ -88,7 +88,7 @@ class Truth:
 def simulate(table: Table, episode: int) -> Truth:
     """Integrate one push, with plain numbers because arrays of three are slow."""
     phases = np.random.default_rng(table.seed + 99).uniform(-np.pi, np.pi, (table.episodes, 3))
-    t = STEP * np.arange(round(table.seconds / STEP))
+    t: Floats = STEP * np.arange(round(table.seconds / STEP), dtype=np.float64)
     reading = push(table, t, phases[episode])
     (x, y, theta), (v_x, v_y, spin) = (0.3 * episode, -0.1, 0.7 * episode - 1.0), (0.0, 0.0, 0.0)
     rows = np.empty((len(t), 9))
