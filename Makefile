@@ -16,12 +16,15 @@ TRUNDLE := $(BIN)/trundle
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 
+# One more than there are processors, because some tests wait.
+PROCESSES = $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
+
 RUST := $(shell find env adaptive python/src -type f -not -path '*/tests/*' -not -path '*/benches/*') \
 	python/Cargo.toml Cargo.toml Cargo.lock pyproject.toml
 
 say = @printf '\n\033[1m==> %s\033[0m\n' $(1)
 
-.PHONY: help build demo test test-slow test-rl test-browser lint format lock bench wheel sdist docs notebooks rust-docs clean
+.PHONY: help build demo test test-slow test-rl test-browser lint lint-rust lint-python format lock bench wheel sdist docs notebooks rust-docs clean
 
 help: ## show this text
 	@echo "trundle: push unknown objects, estimate their physics, and diagnose what a simulation misses."
@@ -30,20 +33,21 @@ help: ## show this text
 	@echo
 	@echo "Needs $(PYTHON) >= 3.10 with venv, cargo (rustup.rs) and a C linker; PYTHON=... chooses another Python."
 
-build: $(VENV)/.built ## build the package and the command .venv/bin/trundle
+build: ## build the package and the command .venv/bin/trundle
+	@$(MAKE) --jobs 2 $(VENV)/.built
 
-demo: build ## simulate a recording of a table with hidden defects and diagnose it (about 6 minutes in a new clone)
+demo: build ## simulate a recording of a table with hidden defects and diagnose it (about 8 minutes in a new clone)
 	$(call say,"1/2 simulating pushes of a table with a locked wheel and hidden dry friction")
 	$(TRUNDLE) simulate --demo --out demo/recording
 	$(call say,"2/2 diagnosing the recording")
 	$(TRUNDLE) diagnose demo/recording --out demo/diagnosis
 	$(call say,"report: demo/diagnosis/report.html")
 
-test: build ## build and run the Rust and Python tests (about 20 minutes in a new clone)
+test: build ## build and run the Rust and Python tests (about 25 minutes in a new clone)
 	$(call say,"1/2 Rust tests (most of the time is compilation)")
 	cargo test --release --locked --workspace
 	$(call say,"2/2 Python tests")
-	$(BIN)/python -m pytest --ignore tests/rl -m "not slow and not browser" --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --ignore tests/rl -m "not slow and not browser" --numprocesses $(PROCESSES) --dist loadfile
 
 test-slow: build ## run the slow tests, each of a minute or more
 	cargo test --release --locked --workspace -- --ignored
@@ -58,9 +62,14 @@ test-rl: build $(VENV)/.rl ## run the tests of the extra [rl]; installs PyTorch 
 	$(BIN)/python -m pytest tests/rl
 
 lint: $(VENV)/.packages ## check formatting, clippy, ruff and mypy
+	@$(MAKE) --jobs 2 lint-rust lint-python
+
+lint-rust: $(VENV)/.created
 	$(call say,"Rust: rustfmt and clippy")
 	cargo fmt --all --check
 	cargo clippy --release --locked --workspace --all-targets -- --deny warnings
+
+lint-python: $(VENV)/.packages
 	$(call say,"Python: ruff and mypy")
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -120,13 +129,23 @@ $(VENV)/.created:
 		{ echo "$(PYTHON) cannot create environments: on Debian, apt install python3-venv"; exit 1; }
 	@touch $@
 
-$(VENV)/.packages: requirements.lock | $(VENV)/.created
+# maturin is installed first, so that Rust is compiled while pip fetches the other packages.
+$(VENV)/.maturin: requirements.lock | $(VENV)/.created
+	@sed -nE '/^(maturin|tomli)==/,/[^\\]$$/p' requirements.lock > $(VENV)/maturin.lock
+	$(PIP) install --require-hashes -r $(VENV)/maturin.lock
+	@touch $@
+
+$(VENV)/.packages: requirements.lock $(VENV)/.maturin
 	$(call say,"Python packages from requirements.lock (download of 350 MB)")
 	$(PIP) install --require-hashes -r requirements.lock
 	@touch $@
 
-$(VENV)/.built: $(RUST) $(VENV)/.packages
+$(VENV)/.compiled: $(RUST) $(VENV)/.maturin
 	$(call say,"compiling the Rust half: some minutes the first time")
+	$(BIN)/maturin develop --release --locked --skip-install
+	@touch $@
+
+$(VENV)/.built: $(VENV)/.compiled $(VENV)/.packages
 	$(BIN)/maturin develop --release --locked
 	@touch $@
 

@@ -24,13 +24,18 @@ class Demo:
 
 
 @pytest.fixture(scope="session")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Simulate the recording of the demo."""
+    folder = tmp_path_factory.mktemp("demo")
+    ran = trundle(folder, "simulate", SCENARIO, "--out", "recording")
+    assert ran.returncode == 0, ran.stderr
+    return folder / "recording"
+
+
+@pytest.fixture(scope="session")
+def demo(recording: Path) -> Demo:
     """Run the demo once for all tests of this folder."""
-    demo = Demo(tmp_path_factory.mktemp("demo"))
-    for line in (
-        ["simulate", SCENARIO, "--out", "recording"],
-        ["diagnose", "recording", "--out", "diagnosis"],
-    ):
-        ran = trundle(demo.folder, *line)
-        assert ran.returncode == 0, ran.stderr
+    demo = Demo(recording.parent)
+    ran = trundle(demo.folder, "diagnose", "recording", "--out", "diagnosis")
+    assert ran.returncode == 0, ran.stderr
     return demo

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from tests.command import COMMAND, at_work, interruptible, trundle
-from tests.e2e.conftest import Demo
 
 LONG = {
     "diagnose": ["diagnose", "recording", "--out", "out"],
@@ -16,8 +15,8 @@ LONG = {
 
 
 @pytest.fixture
-def place(demo: Demo, tmp_path: Path) -> Path:
-    shutil.copytree(demo.recording, tmp_path / "recording")
+def place(recording: Path, tmp_path: Path) -> Path:
+    shutil.copytree(recording, tmp_path / "recording")
     return tmp_path
 
 

@@ -7,13 +7,12 @@ import pytest
 
 import trundle as package
 from tests.command import trundle
-from tests.e2e.conftest import Demo
 
 
 @pytest.mark.slow
-def test_an_excluded_effect_is_not_replaced_by_a_wrong_one(demo: Demo, tmp_path: Path) -> None:
+def test_an_excluded_effect_is_not_replaced_by_a_wrong_one(recording: Path, tmp_path: Path) -> None:
     ran = trundle(
-        tmp_path, "diagnose", demo.recording, "--without", "coulomb_friction", "--out", "without", "--quiet"
+        tmp_path, "diagnose", recording, "--without", "coulomb_friction", "--out", "without", "--quiet"
     )
     assert ran.returncode == 0, ran.stderr
     answer = json.loads((tmp_path / "without" / "diagnosis.json").read_text())
@@ -22,12 +21,12 @@ def test_an_excluded_effect_is_not_replaced_by_a_wrong_one(demo: Demo, tmp_path:
     assert answer["mismatch"]["windows"]
 
 
-def test_an_unknown_effect_is_refused_with_the_known_ones(demo: Demo, tmp_path: Path) -> None:
+def test_an_unknown_effect_is_refused_with_the_known_ones(recording: Path, tmp_path: Path) -> None:
     with pytest.raises(
         package.TrundleError,
         match=r"unknown effect `coulomb`; did you mean `coulomb_friction`\? The catalogue has .*dead_band",
     ):
-        package.diagnose(demo.recording, without=["coulomb"])
-    ran = trundle(tmp_path, "diagnose", demo.recording, "--without", "coulomb", "--out", "none")
+        package.diagnose(recording, without=["coulomb"])
+    ran = trundle(tmp_path, "diagnose", recording, "--without", "coulomb", "--out", "none")
     assert ran.returncode == 2 and "unknown effect" in ran.stderr
     assert not (tmp_path / "none").exists()

@@ -101,12 +101,12 @@ def dies_once(number: int, marks: Path) -> dict[str, Any]:
 
 
 def takes_long(number: int) -> dict[str, Any]:
-    """Take a second."""
-    time.sleep(1.0)
+    """Take half a second, so that calls run on the node that is lost."""
+    time.sleep(0.5)
     return {"square": number * number}
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
     """Start a Ray cluster of two nodes on this machine, with one processor each."""
     ray: Any = pytest.importorskip("ray")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import trundle
 
@@ -83,52 +84,66 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> trundle.Recording:
 
 
 @pytest.fixture(scope="module")
-def in_si(recording: trundle.Recording) -> dict[str, object]:
-    """Return the answer in SI units."""
-    return summary(trundle.diagnose(recording, check=False))
+def in_si(recording: trundle.Recording) -> trundle.Diagnosis:
+    """Return the diagnosis in SI units."""
+    return trundle.diagnose(recording, check=False)
 
 
-def summary(diagnosis: trundle.Diagnosis) -> dict[str, object]:
-    """Return the verdict and the probabilities by name."""
-    missing = {effect["effect"]: effect["probability"] for effect in diagnosis.answer["missing"]}
-    return {"verdict": diagnosis.verdict, "missing": missing}
+@pytest.fixture(scope="module")
+def in_large_units(recording: trundle.Recording) -> trundle.Diagnosis:
+    """Return the diagnosis in a large unit of length."""
+    return diagnosed(recording, 10, 0, 0)
 
 
-def test_the_slope_is_named(in_si: dict[str, object]) -> None:
-    assert in_si["verdict"] == "explained"
-    assert list(in_si["missing"]) == ["floor_slope"]  # type: ignore[call-overload]
+def diagnosed(recording: trundle.Recording, length: int, force: int, time: int) -> trundle.Diagnosis:
+    return trundle.diagnose(rescaled(recording, 2.0**length, 2.0**force, 2.0**time), check=False)
 
 
-SINGLE_UNITS = [(10, 0, 0), (-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0, 10), (0, 0, -10)]
+def test_the_slope_is_named(in_si: trundle.Diagnosis) -> None:
+    assert in_si.verdict == "explained"
+    assert in_si.missing == ["floor_slope"]
+
+
+def agree(one: trundle.Diagnosis, other: trundle.Diagnosis) -> bool:
+    """Return whether verdict, names and probabilities are the same."""
+    probabilities = [
+        {effect["effect"]: effect["probability"] for effect in diagnosis.answer["missing"]}
+        for diagnosis in (one, other)
+    ]
+    return one.verdict == other.verdict and probabilities[0] == pytest.approx(probabilities[1], abs=1e-3)
+
+
+def test_the_answer_does_not_depend_on_the_unit_of_length(
+    in_si: trundle.Diagnosis, in_large_units: trundle.Diagnosis
+) -> None:
+    assert agree(in_large_units, in_si), in_large_units
+
+
+SINGLE_UNITS = [(-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0, 10), (0, 0, -10)]
 
 
 @pytest.mark.parametrize(
     ("length", "force", "time"),
     [
-        *(pytest.param(*powers, marks=pytest.mark.slow) for powers in SINGLE_UNITS),
-        (10, -10, 10),
+        *(pytest.param(*powers, marks=pytest.mark.slow) for powers in [*SINGLE_UNITS, (10, -10, 10)]),
         (-10, 10, -10),
     ],
 )
-def test_verdict_names_and_probabilities_do_not_depend_on_units(
-    recording: trundle.Recording, in_si: dict[str, object], length: int, force: int, time: int
+def test_the_answer_does_not_depend_on_units(
+    recording: trundle.Recording, in_si: trundle.Diagnosis, length: int, force: int, time: int
 ) -> None:
-    other = summary(trundle.diagnose(rescaled(recording, 2.0**length, 2.0**force, 2.0**time), check=False))
-    assert other["verdict"] == in_si["verdict"]
-    assert other["missing"] == pytest.approx(in_si["missing"], abs=1e-3)
+    other = diagnosed(recording, length, force, time)
+    assert agree(other, in_si), other
 
 
-def test_numbers_are_in_the_units_of_the_recording(recording: trundle.Recording) -> None:
-    def values(diagnosis: trundle.Diagnosis) -> tuple[float, float, float]:
+def test_numbers_are_in_the_units_of_the_recording(
+    in_si: trundle.Diagnosis, in_large_units: trundle.Diagnosis
+) -> None:
+    def values(diagnosis: trundle.Diagnosis) -> NDArray[np.float64]:
         answer = diagnosis.answer
         slope = answer["missing"][0]["parameters"]["accel_x"]["mean"]
-        return (
-            slope,
-            answer["nominal"]["after"]["mass"]["mean"],
-            answer["fit"]["held_out"]["after"]["position_rmse"],
-        )
+        mass = answer["nominal"]["after"]["mass"]["mean"]
+        return np.array([slope, mass, answer["fit"]["held_out"]["after"]["position_rmse"]])
 
-    si = values(trundle.diagnose(recording, check=False))
-    large = values(trundle.diagnose(rescaled(recording, 1024.0, 1.0, 1.0), check=False))
     # The step of the final simulation depends on a speed in m/s.
-    assert large == pytest.approx((si[0] * 1024.0, si[1] / 1024.0, si[2] * 1024.0), rel=1e-3)
+    assert values(in_large_units) == pytest.approx(values(in_si) * [1024.0, 1 / 1024.0, 1024.0], rel=1e-3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -42,17 +43,20 @@ def test_the_filter_refuses_obstacles(cart: Cart) -> None:
 
 def rolling(state: Vector, wrench: Vector, dt: float, values: dict[str, float]) -> Vector:
     """Step a cart on two independent viscous frictions along its axes, by the exponential of each."""
-    x, y, theta, vx, vy, omega = state
-    mass, inertia = values["body.mass"], values["body.mass"] * (0.8**2 + 0.6**2) / 12.0
-    turn = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
-    mu = np.array([values["viscous_wheel.mu_x"], values["viscous_wheel.mu_y"]])
-    body = turn.T @ [vx, vy]
-    decay = np.exp(-mu * dt / mass)
-    after = turn @ (decay * body + (1.0 - decay) * wrench[:2] / mu)
-    spin = omega + wrench[2] / inertia * dt
-    middle = (np.array([vx, vy]) + after) / 2.0
-    pose = [x + middle[0] * dt, y + middle[1] * dt, theta + (omega + spin) / 2.0 * dt]
-    return np.array([*pose, *after, spin])
+    x, y, theta, vx, vy, omega = state.tolist()
+    mass = values["body.mass"]
+    cos, sin = math.cos(theta), math.sin(theta)
+
+    def rolled(speed: float, force: float, mu: float) -> float:
+        decay = math.exp(-mu * dt / mass)
+        return decay * speed + (1.0 - decay) * force / mu
+
+    ahead = rolled(cos * vx + sin * vy, float(wrench[0]), values["viscous_wheel.mu_x"])
+    aside = rolled(cos * vy - sin * vx, float(wrench[1]), values["viscous_wheel.mu_y"])
+    after_x, after_y = cos * ahead - sin * aside, sin * ahead + cos * aside
+    spin = omega + float(wrench[2]) / (mass * (0.8**2 + 0.6**2) / 12.0) * dt
+    pose = [x + (vx + after_x) / 2.0 * dt, y + (vy + after_y) / 2.0 * dt, theta + (omega + spin) / 2.0 * dt]
+    return np.array([*pose, after_x, after_y, spin])
 
 
 def test_a_black_box_simulator_replaces_the_laws(cart: Cart, model: trundle.Model) -> None:

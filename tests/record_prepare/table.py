@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -49,25 +50,28 @@ def transport(frame: Floats, wrench: Floats) -> Floats:
     return np.array([*force, wrench[2] + frame[0] * force[1] - frame[1] * force[0]])
 
 
-def drag(table: Table, twist: Floats) -> Floats:
+def drag(table: Table, twist: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return the wrench of the floor on the table, body axes about its origin."""
     x, y, angle, mu_x, mu_y = table.wheel
-    velocity = twist[:2] + twist[2] * np.array([-y, x])
-    rolled = turn(angle).T @ velocity
-    force = -turn(angle) @ (np.array([mu_x, mu_y]) * rolled)
-    dry = -table.dry * twist / (np.abs(twist) + 0.005) * np.array([1.0, 1.0, 0.3])
-    total: Floats = np.array([*force, x * force[1] - y * force[0]]) + dry
-    return total
+    cos, sin = math.cos(angle), math.sin(angle)
+    velocity = twist[0] - twist[2] * y, twist[1] + twist[2] * x
+    along = -mu_x * (cos * velocity[0] + sin * velocity[1])
+    across = -mu_y * (cos * velocity[1] - sin * velocity[0])
+    force = cos * along - sin * across, sin * along + cos * across
+    rubbing = [-table.dry * one / (abs(one) + 0.005) for one in twist]
+    return (
+        force[0] + rubbing[0],
+        force[1] + rubbing[1],
+        x * force[1] - y * force[0] + 0.3 * rubbing[2],
+    )
 
 
-def push(table: Table, episode: int, t: float, rng_phase: Floats) -> Floats:
-    """Wrench at the grasp, gripper axes."""
+def push(table: Table, t: Floats, phases: Floats) -> Floats:
+    """Wrenches at the grasp at all times, gripper axes."""
     s = t - table.quiet
-    if s <= 0.0:
-        return np.zeros(3)
-    swing = np.sin(np.array([1.1, 2.3, 1.7]) * s + rng_phase[episode])
-    direction = turn(rng_phase[episode][0]) @ np.array([1.0 + 0.5 * swing[0], 0.6 * swing[1]])
-    return table.strength * np.array([*direction, 0.15 * swing[2]])
+    swing = np.sin(np.array([1.1, 2.3, 1.7]) * s[:, None] + phases)
+    planar = np.stack([1.0 + 0.5 * swing[:, 0], 0.6 * swing[:, 1]], axis=1) @ turn(phases[0]).T
+    return table.strength * np.where(s[:, None] > 0.0, np.column_stack([planar, 0.15 * swing[:, 2]]), 0.0)
 
 
 @dataclass
@@ -82,22 +86,21 @@ class Truth:
 
 
 def simulate(table: Table, episode: int) -> Truth:
-    """Integrate one push."""
+    """Integrate one push, with plain numbers because arrays of three are slow."""
     phases = np.random.default_rng(table.seed + 99).uniform(-np.pi, np.pi, (table.episodes, 3))
-    pose, twist = np.array([0.3 * episode, -0.1, 0.7 * episode - 1.0]), np.zeros(3)
-    rows: dict[str, list[Any]] = {"t": [], "pose": [], "twist": [], "accel": [], "reading": []}
-    for i in range(round(table.seconds / STEP)):
-        t = i * STEP
-        reading = push(table, episode, t, phases)
-        rotation = turn(pose[2])
-        body_twist = np.array([*(rotation.T @ twist[:2]), twist[2]])
-        total = transport(GRASP, reading) + drag(table, body_twist)
-        accel = np.array([*(rotation @ total[:2]) / MASS, total[2] / INERTIA])
-        for name, value in zip(rows, (t, pose, twist, accel, reading), strict=True):
-            rows[name].append(value)
-        twist = twist + STEP * accel
-        pose = pose + STEP * twist
-    return Truth(**{name: np.array(values) for name, values in rows.items()})
+    t: Floats = STEP * np.arange(round(table.seconds / STEP), dtype=np.float64)
+    reading = push(table, t, phases[episode])
+    (x, y, theta), (v_x, v_y, spin) = (0.3 * episode, -0.1, 0.7 * episode - 1.0), (0.0, 0.0, 0.0)
+    rows = np.empty((len(t), 9))
+    for i, pushed in enumerate(transport(GRASP, reading.T).T.tolist()):
+        cos, sin = math.cos(theta), math.sin(theta)
+        floor = drag(table, (cos * v_x + sin * v_y, cos * v_y - sin * v_x, spin))
+        force_x, force_y, torque = (one + other for one, other in zip(pushed, floor, strict=True))
+        a_x, a_y = (cos * force_x - sin * force_y) / MASS, (sin * force_x + cos * force_y) / MASS
+        rows[i] = x, y, theta, v_x, v_y, spin, a_x, a_y, torque / INERTIA
+        v_x, v_y, spin = v_x + STEP * a_x, v_y + STEP * a_y, spin + STEP * torque / INERTIA
+        x, y, theta = x + STEP * v_x, y + STEP * v_y, theta + STEP * spin
+    return Truth(t, rows[:, :3], rows[:, 3:6], rows[:, 6:], reading)
 
 
 def observed(truth: Truth, rng: np.random.Generator, noise: float) -> dict[str, Any]:

@@ -94,7 +94,7 @@ def table_diagnosis() -> dict[str, Any]:
                 "probability": 0.98,
                 "statement": "Dry friction of 6.0 ± 0.2 N acts near the rear left wheel.",
                 "parameters": {"force": measure(6.02, 0.2, "N"), "static_force": measure(6.4, 0.5, "N")},
-                "where": {"body_point": {"mean": DRAG.tolist(), "sd": [0.03, 0.02]}},
+                "where": {"body_point": {"mean": list(DRAG), "sd": [0.03, 0.02]}},
                 "explains": 0.87,
             }
         ],

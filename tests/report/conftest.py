@@ -6,6 +6,7 @@ import pytest
 
 from tests.report.answers import Sample
 from tests.report.samples import SAMPLES
+from trundle.report import render
 
 
 @pytest.fixture(scope="session")
@@ -19,3 +20,9 @@ def sample(request: pytest.FixtureRequest, samples: dict[str, Sample]) -> Sample
     """Each sample in turn."""
     found: Sample = samples[request.param]
     return found
+
+
+@pytest.fixture(scope="session")
+def page(sample: Sample) -> str:
+    """The page of each sample."""
+    return render(*sample)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import math
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ Array = npt.NDArray[np.float64]
 FOOTPRINT = np.array([[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]])
 SUPPORT = 0.8 * FOOTPRINT
 MASS, INERTIA = 21.9, 21.9 * (1.2**2 + 0.8**2) / 12.0
-WHEEL, WHEEL_MU = np.array([-0.5, -0.3]), np.array([8.0, 90.0])
-DRAG, DRAG_FORCE = np.array([-0.48, 0.31]), 6.0
+WHEEL, WHEEL_MU = (-0.5, -0.3), (8.0, 90.0)
+DRAG, DRAG_FORCE = (-0.48, 0.31), 6.0
 DT, POSE_SD = 0.01, np.array([0.0005, 0.0005, 0.0017])
 
 
@@ -30,39 +31,39 @@ def push(seed: int, seconds: float = 5.0) -> tuple[Array, Array]:
     return t, on[:, None] * np.column_stack([22.0 * np.cos(angle), 22.0 * np.sin(angle), turn])
 
 
-def resistance(twist: Array, drag: float) -> Array:
-    """Wrench (3,) of wheel and dry friction at a body twist (3,)."""
-    wrench = np.zeros(3)
-    for place, law in ((WHEEL, "wheel"), (DRAG, "drag")):
-        slip = twist[:2] + twist[2] * np.array([-place[1], place[0]])
-        force = (
-            -WHEEL_MU * slip if law == "wheel" else -drag * np.tanh(np.linalg.norm(slip) / 0.01) * unit(slip)
-        )
-        wrench += [*force, place[0] * force[1] - place[1] * force[0]]
-    return wrench
+Triple = tuple[float, float, float]
 
 
-def unit(vector: Array) -> Array:
-    length = np.linalg.norm(vector)
-    return np.asarray(vector / length if length > 0.0 else vector, dtype=np.float64)
+def resistance(twist: Triple, drag: float) -> Triple:
+    """Wrench of wheel and dry friction at a body twist."""
+    (x, y), (mu_x, mu_y) = WHEEL, WHEEL_MU
+    wheel = -mu_x * (twist[0] - twist[2] * y), -mu_y * (twist[1] + twist[2] * x)
+    at_x, at_y = DRAG
+    slip = twist[0] - twist[2] * at_y, twist[1] + twist[2] * at_x
+    speed = math.hypot(*slip)
+    share = -drag * math.tanh(speed / 0.01) / speed if speed > 0.0 else 0.0
+    dry = share * slip[0], share * slip[1]
+    torque = x * wheel[1] - y * wheel[0] + at_x * dry[1] - at_y * dry[0]
+    return wheel[0] + dry[0], wheel[1] + dry[1], torque
 
 
 def simulate(wrench: Array, drag: float, substeps: int = 4) -> tuple[Array, Array]:
-    """Poses and body twists (n, 3) from rest at the origin."""
-    pose, twist = np.zeros(3), np.zeros(3)
-    poses, twists = [pose.copy()], [twist.copy()]
-    inertia, h = np.array([MASS, MASS, INERTIA]), DT / substeps
-    for applied in wrench[1:]:
+    """Poses and body twists (n, 3) from rest at the origin, by plain numbers: arrays of three are slow."""
+    x, y, theta, u, v, spin = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    rows, h = [(x, y, theta, u, v, spin)], DT / substeps
+    for force_x, force_y, torque in wrench[1:].tolist():
         for _ in range(substeps):
-            spin = np.array([twist[2] * twist[1], -twist[2] * twist[0], 0.0])
-            twist = twist + h * ((applied + resistance(twist, drag)) / inertia + spin)
-            cos, sin = np.cos(pose[2]), np.sin(pose[2])
-            pose = pose + h * np.array(
-                [cos * twist[0] - sin * twist[1], sin * twist[0] + cos * twist[1], twist[2]]
+            floor = resistance((u, v, spin), drag)
+            u, v, spin = (
+                u + h * ((force_x + floor[0]) / MASS + spin * v),
+                v + h * ((force_y + floor[1]) / MASS - spin * u),
+                spin + h * (torque + floor[2]) / INERTIA,
             )
-        poses.append(pose.copy())
-        twists.append(twist.copy())
-    return np.array(poses), np.array(twists)
+            cos, sin = math.cos(theta), math.sin(theta)
+            x, y, theta = x + h * (cos * u - sin * v), y + h * (sin * u + cos * v), theta + h * spin
+        rows.append((x, y, theta, u, v, spin))
+    found = np.array(rows)
+    return found[:, :3], found[:, 3:]
 
 
 def episode(index: int, drag: float, given_drag: float) -> dict[str, Any]:
@@ -75,7 +76,9 @@ def _episode(index: int, drag: float, given_drag: float) -> dict[str, Any]:
     draw = np.random.default_rng(100 + index)
     t, wrench = push(index)
     truth, twists = simulate(wrench, drag)
-    lacking = np.array([resistance(twist, drag) - resistance(twist, 0.0) for twist in twists])
+    rows = twists.tolist()
+    lacking = np.array([resistance(twist, drag) for twist in rows])
+    lacking -= np.array([resistance(twist, 0.0) for twist in rows])
     noise = draw.normal(size=lacking.shape) * [0.8, 0.8, 0.3]
     return {
         "name": f"episode_{index:02d}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import hashlib
 from collections.abc import Iterable
 from pathlib import Path
@@ -63,13 +64,20 @@ def code_version(*sources: Path) -> str:
     for source in sources:
         for path in sorted(python_files(source)):
             digest.update(f"{path.relative_to(source.parent).as_posix()}\0".encode())
-            digest.update(hashlib.sha256(without_text(path)).digest())
+            state = path.stat()
+            digest.update(file_digest(path, state.st_mtime_ns, state.st_size))
     return digest.hexdigest()
 
 
 def python_files(source: Path) -> Iterable[Path]:
     """Return the file itself, or the Python files below a folder."""
     return source.rglob("*.py") if source.is_dir() else [source]
+
+
+@functools.cache
+def file_digest(path: Path, modified_ns: int, size: int) -> bytes:
+    """Return the SHA-256 of a Python file without docstrings, computed once for each state of the file."""
+    return hashlib.sha256(without_text(path)).digest()
 
 
 def without_text(path: Path) -> bytes:

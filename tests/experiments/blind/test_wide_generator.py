@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -174,10 +175,16 @@ def test_every_family_has_an_influence_in_its_engines(name: str) -> None:
         assert moved > 1e-4 or wrench > 0.05 or pose > 1e-3
 
 
+@cache
+def unaffected(engine: str, seed: int, seconds: float) -> tuple[Scene, list[Readings]]:
+    """Return a scene and its motion without effects."""
+    scene = scene_with("grasp", engine, seed, seconds)
+    return scene, simulate_case(scene, [])
+
+
 def placed(name: str, engine: str, seed: int) -> tuple[Scene, list[Readings], list[HiddenEffect]] | None:
     """Return a scene that supports a family, its motion without it, and the family with values."""
-    scene = scene_with("grasp", engine, seed, 5.0 if name == "obstacle_contact" else 2.0)
-    bare = simulate_case(scene, [])
+    scene, bare = unaffected(engine, seed, 5.0 if name == "obstacle_contact" else 2.0)
     found = (draw_effects(GENERATOR, [name], 1, attempt, scene, bare) for attempt in range(10))
     hidden = next((one for one in found if one is not None), None)
     return None if hidden is None else (scene, bare, hidden)
