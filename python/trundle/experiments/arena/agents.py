@@ -1,4 +1,4 @@
-"""Agents of the arena: a planner with the true, the nominal or the estimated parameters, and a trained policy."""
+"""Agents of the arena: a planner with true, nominal or estimated parameters, and a trained policy."""
 
 from __future__ import annotations
 

@@ -13,11 +13,13 @@ KNOTS, ACTIONS_PER_KNOT = 4, 3
 SAMPLES, ELITES, ITERATIONS = 40, 6, 3
 SPREAD_PX, LEAST_SPREAD_PX = 80.0, 4.0
 TABLE_PX = (15.0, 497.0)
-NEARNESS_WEIGHT = 0.05
+NEARNESS_WEIGHT = 0.02
 """Cost of the distance between pusher and block, px of the goal's cost for each px."""
 PATH_WEIGHT = 0.5
 """Cost of the mean over the plan, relative to that of its end."""
-OUTLINE = np.array([(-60, 0), (60, 0), (60, 30), (-60, 30), (-15, 30), (15, 30), (15, 120), (-15, 120)], float)
+OUTLINE = np.array(
+    [(-60, 0), (60, 0), (60, 30), (-60, 30), (-15, 30), (15, 30), (15, 120), (-15, 120)], float
+)
 GOAL = np.array([256.0, 256.0, np.pi / 4])
 MIDDLE = np.array([0.0, 45.0])
 
@@ -53,7 +55,7 @@ class Planner:
         self.plan: Floats | None = None
 
     def act(self, simulator: Simulator) -> Floats:
-        """Return the position to command (2,) from the simulator's state on, and keep the rest of the plan."""
+        """Return the position to command (2,) in the simulator's state, and keep the rest of the plan."""
         middle = corners(simulator.state[2:5], MIDDLE[None])[0]
         if self.plan is None:
             self.plan = np.tile(middle, (KNOTS, 1))
@@ -70,4 +72,5 @@ class Planner:
             mean = plans[order].mean(0)
             spread = np.maximum(plans[order].std(0), LEAST_SPREAD_PX)
         self.plan = best
-        return best[0]
+        position: Floats = best[0]
+        return position

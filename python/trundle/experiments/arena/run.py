@@ -23,7 +23,7 @@ from trundle.experiments.versions import of_module
 __all__ = ["EARLY_ACTIONS", "play", "summary", "tournament"]
 
 EARLY_ACTIONS = 60
-"""Coverage is reported after so many of the benchmark's 300 actions too, because many agents succeed in the end."""
+"""Coverage is reported after so many of the benchmark's 300 actions too: most agents succeed in the end."""
 
 
 def play(agent: str, physics: str, seed: int, digest: str = "", policy: Path | None = None) -> Row:
@@ -32,8 +32,8 @@ def play(agent: str, physics: str, seed: int, digest: str = "", policy: Path | N
     Returns
     -------
     dict
-        `coverage` and `early`, the largest of the episode and of its first `EARLY_ACTIONS`; `success`; `actions`;
-        `hidden`.
+        `coverage` and `early`, the largest of the episode and of its first `EARLY_ACTIONS`; `success`;
+        `actions`; `hidden`.
     """
     env = make(physics)
     observation, _ = env.reset(seed=seed)
@@ -91,7 +91,9 @@ def summary(rows: Sequence[Row]) -> str:
                 for key, form in (("coverage", "+.3f"), ("early", "+.3f"), ("actions", "+.0f"))
             ]
         means = [f"{column(own, key).mean():.3f}" for key in ("coverage", "early")]
-        lines.append([name, share(row["success"] for row in own).text(), means[0], gaps[0], means[1], gaps[1]])
+        lines.append(
+            [name, share(row["success"] for row in own).text(), means[0], gaps[0], means[1], gaps[1]]
+        )
         lines[-1] += [f"{column(own, 'actions').mean():.0f}", gaps[2]]
     head = ["agent", "success", "coverage", "minus oracle", f"coverage in {EARLY_ACTIONS} actions"]
     return table([*head, "minus oracle", "actions", "minus oracle"], lines)

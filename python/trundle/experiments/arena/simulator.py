@@ -55,7 +55,10 @@ class Simulator:
             for _ in range(substeps):
                 x, y = agent.position
                 u, v = agent.velocity
-                agent.velocity = (u + dt * (k_p * (to_x - x) - k_v * u), v + dt * (k_p * (to_y - y) - k_v * v))
+                agent.velocity = (
+                    u + dt * (k_p * (to_x - x) - k_v * u),
+                    v + dt * (k_p * (to_y - y) - k_v * v),
+                )
                 step(dt)
             row[:] = *agent.position, *block.position, block.angle, *agent.velocity, *block.velocity, 0.0
             row[9] = block.angular_velocity

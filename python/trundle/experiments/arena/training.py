@@ -21,10 +21,10 @@ SHAPING_PX = 50.0
 ENVIRONMENTS = 8
 
 
-class Shaped(gymnasium.Wrapper[Floats, Floats, Floats, Floats]):
+class Shaped(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Scales observations and actions to about ±1, and adds the decrease of the planner's cost to rewards."""
 
-    def __init__(self, env: gymnasium.Env[Floats, Floats]) -> None:
+    def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
         super().__init__(env)
         self.observation_space = gymnasium.spaces.Box(-2.0, 2.0, (6,), np.float32)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
@@ -50,7 +50,7 @@ def cost_of(observation: Floats) -> float:
 
 
 def scaled(observation: Floats) -> Floats:
-    """Return the input of the network (6,): positions relative to the middle, cosine and sine of the angle."""
+    """Return the input of the network (6,): positions about the middle, cosine and sine of the angle."""
     positions = 2 * observation[:4] / TABLE_PX - 1
     return np.array([*positions, np.cos(observation[4]), np.sin(observation[4])], dtype=np.float32)
 

@@ -1,12 +1,12 @@
 """gym-pusht's environment with hidden mass, floor friction and centre of mass of the block.
 
-Lengths are pixels of the benchmark (its table is 512 × 512), times are seconds. Its block has the mass 1 and
+Lengths are pixels of the benchmark (its table is 512 by 512), times are seconds. Its block has the mass 1 and
 the centre of mass (0, 45) in its own frame.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium
@@ -24,10 +24,10 @@ MASS = (0.3, 3.0)
 FRICTION_PX_PER_S2 = (200.0, 2000.0)
 """Deceleration of the sliding block, friction coefficient times gravity."""
 OFFSET_PX = 30.0
-"""Largest offset of the centre of mass in each direction. The block is 120 × 120, its bars are 30 wide."""
+"""Largest offset of the centre of mass in each direction. The block is 120 by 120, its bars are 30 wide."""
 PUSHER_MASS = 1.0
 FRICTION_RADIUS_PX = 40.0
-"""Torque of the floor friction, divided by its force: about the mean distance of the block from its centre."""
+"""Torque of the floor friction, divided by its force: about the block's mean distance from its centre."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def make_bare(physics: str) -> Any:
 
 
 def apply(env: Any, hidden: Hidden, physics: str) -> None:
-    """Give the block of a gym-pusht environment that was just reset its hidden parameters, in the same pose."""
+    """Give the block of a gym-pusht environment hidden parameters right after a reset, in the same pose."""
     block, agent, space = env.block, env.agent, env.space
     pymunk = require("pymunk", "arena", "environments of the arena")
     pose = block.position, block.angle
@@ -90,7 +90,7 @@ def apply(env: Any, hidden: Hidden, physics: str) -> None:
         agent.body_type = pymunk.Body.DYNAMIC
         agent.mass, agent.moment = PUSHER_MASS, float("inf")
         force = hidden.mass * hidden.friction
-        # The pair of joints that Chipmunk's manual gives for friction seen from above.
+        # Dry friction seen from above, as in pymunk's example tank.py: joints that correct no position.
         slide = pymunk.PivotJoint(space.static_body, block, (0, 0), block.center_of_gravity)
         turn = pymunk.GearJoint(space.static_body, block, 0.0, 1.0)
         slide.max_bias = turn.max_bias = 0.0
@@ -119,7 +119,7 @@ class PushTHidden(gymnasium.Wrapper[Floats, Floats, Floats, Floats]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats, dict[str, Any]]:
-        """Start an episode. `options["hidden"]` gives the parameters as a dictionary instead of drawing them."""
+        """Start an episode. `options["hidden"]` holds parameters, as a dictionary, that replace a draw."""
         options = dict(options or {})
         given = options.pop("hidden", None)
         observation, info = self.env.reset(seed=seed, options=options)
