@@ -2,7 +2,7 @@
 
     pip install 'trundle[arena]'
     python examples/arena.py --out docs
-    python examples/arena.py --out docs --train 200000   # with PPO; needs trundle[rl] too
+    python examples/arena.py --out docs --train 150000   # with PPO; needs trundle[rl] too
 
 Finished episodes are kept in the folder of --work: an interrupted command continues.
 """
