@@ -18,6 +18,7 @@ from trundle._registration import TASKS
 OPTIONAL = (
     "PIL",
     "arviz",
+    "gym_pusht",
     "h5netcdf",
     "h5py",
     "joblib",
@@ -26,6 +27,7 @@ OPTIONAL = (
     "pandas",
     "pyarrow",
     "pygame",
+    "pymunk",
     "ray",
     "rerun",
     "rosbags",

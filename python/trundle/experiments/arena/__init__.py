@@ -1,0 +1,1 @@
+"""Adaptive agents on gym-pusht, a published benchmark, with hidden physics."""
