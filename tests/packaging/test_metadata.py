@@ -29,6 +29,7 @@ DISTRIBUTIONS = {
     "pygame": "pygame-ce",
     "pymunk": "gym-pusht",
     "rerun": "rerun-sdk",
+    "sb3_contrib": "sb3-contrib",
     "stable_baselines3": "stable-baselines3",
     "torch": "stable-baselines3",
 }

@@ -47,8 +47,8 @@ def run(args: argparse.Namespace) -> int:
 
     settings = read(args.config)
     chosen = select_seeds(args.seed, settings.seeds)
-    for module in ("stable_baselines3", "sb3_contrib"):
-        require(module, "rl", "trainings")
+    require("stable_baselines3", "rl", "trainings")
+    require("sb3_contrib", "rl", "trainings")
     from trundle.experiments.training.train import train_one
 
     where = select_backend(args)
