@@ -20,9 +20,6 @@ const MAX_ENGINE_STEP_S: f64 = 0.002;
 /// Additional distance to all obstacles at which the laws take over again, m. It prevents frequent switching.
 const HANDOVER_HYSTERESIS_M: f64 = 0.01;
 
-/// Distance of the bounding circle from obstacles above which the distance of the shapes is not computed, m.
-const FAR_M: f64 = 0.1;
-
 /// Solver of contacts with obstacles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ContactMethod {
@@ -268,14 +265,11 @@ impl HybridStepper {
         ((vx * vx + vy * vy).sqrt() + spin.abs() * self.radius) * dt
     }
 
-    /// Lower bound on the distance from the outline to the margin of the nearest obstacle, m: that of the outline's circle,
-    /// or for [`ContactMethod::Direct`] near obstacles that of the shapes.
+    /// Lower bound on the distance from the outline to the margin of the nearest obstacle, m.
     fn clearance(&mut self) -> f64 {
-        let around = obstacle_distance(&self.obstacles, self.state.pose) - self.radius;
         match &mut self.contacts {
-            Some(contacts) if around < FAR_M => contacts.clearance(self.state.pose) - CONTACT_DISTANCE_M,
-            Some(_) => around - CONTACT_DISTANCE_M,
-            None => around - ENGINE_MARGIN_M,
+            Some(contacts) => contacts.clearance(self.state.pose) - CONTACT_DISTANCE_M,
+            None => obstacle_distance(&self.obstacles, self.state.pose) - self.radius - ENGINE_MARGIN_M,
         }
     }
 

@@ -45,8 +45,16 @@ pub(super) struct ContactPoint {
 }
 
 impl Manifold {
-    /// Update the points for the present pose of the object. `world` is the piece's outline in world axes.
-    pub fn update(&mut self, frame: &Frame, piece: &Piece, world: &Polygon, obstacle: &Polygon, limit: f64) {
+    /// Update the points for the present pose of the object. `outline` is a buffer for the piece's outline in world axes,
+    /// and `is_placed` whether it has been written for this pose.
+    pub fn update(
+        &mut self,
+        frame: &Frame,
+        piece: &Piece,
+        (outline, is_placed): (&mut Polygon, &mut bool),
+        obstacle: &Polygon,
+        limit: f64,
+    ) {
         let (points, count) = (self.points, self.count);
         match piece.outline {
             Outline::Disc => {
@@ -66,9 +74,12 @@ impl Manifold {
                     return;
                 }
                 self.count = 0;
-                if let Some(found) = closest::polygons(world, obstacle, limit) {
+                if !std::mem::replace(is_placed, true) {
+                    piece.place(frame, outline);
+                }
+                if let Some(found) = closest::polygons(outline, obstacle, limit) {
                     self.set_normal(frame, found.normal);
-                    self.clip_edges(frame, world, obstacle, &found);
+                    self.clip_edges(frame, outline, obstacle, &found);
                     self.match_impulses(&points[..count]);
                 }
             }

@@ -2,7 +2,7 @@
 
 use rapier2d_f64::prelude::Collider;
 
-use super::vector::{Vec2, add, dot, scale, sub};
+use super::vector::{Frame, Vec2, add, dot, scale, sub};
 use crate::SimError;
 
 /// A convex piece with its bounding circle, m.
@@ -49,6 +49,17 @@ impl Piece {
         let distances = points.iter().map(|&point| sub(point, center)).map(|[x, y]| x.hypot(y));
         let radius = distances.fold(0.0, f64::max);
         Ok(Self { outline: Outline::Polygon(Polygon { points, normals }), center, radius })
+    }
+
+    /// Write the outline in world axes, with the piece's parent at `frame`.
+    pub fn place(&self, frame: &Frame, outline: &mut Polygon) {
+        let Outline::Polygon(polygon) = &self.outline else { return };
+        for (to, &point) in outline.points.iter_mut().zip(&polygon.points) {
+            *to = frame.to_world(point);
+        }
+        for (to, &normal) in outline.normals.iter_mut().zip(&polygon.normals) {
+            *to = frame.rotate(normal);
+        }
     }
 }
 

@@ -12,7 +12,7 @@
 use std::f64::consts::TAU;
 
 use super::manifold::{ContactPoint, Manifold};
-use super::vector::{Frame, Vec2, add, cross, dot, perpendicular, scale, sub};
+use super::vector::{Frame, Vec2, add, angle_of_tangent, cross, dot, perpendicular, scale, sub};
 use crate::colliders::RIM_FRICTION_COEFFICIENT;
 
 /// Natural frequency, Hz, and damping ratio of contacts with fixed bodies.
@@ -20,6 +20,8 @@ const CONTACT_FREQUENCY_HZ: f64 = 60.0;
 const CONTACT_DAMPING_RATIO: f64 = 10.0;
 /// Largest speed at which penetration is removed, m/s.
 const MAX_CORRECTION_M_PER_S: f64 = 3.0;
+/// Softness of a rigid contact.
+const RIGID: [f64; 2] = [1.0; 2];
 /// Iterations of normal and friction impulses without bias.
 const STABILISATION_ITERATIONS: usize = 4;
 /// Least determinant of the matrix of two points, relative to the product of its diagonal, at which both are solved together.
@@ -46,14 +48,14 @@ impl Motion {
         self.spin += angular * impulse;
     }
 
-    fn integrate(&mut self, dt: f64) {
+    pub fn integrate(&mut self, dt: f64) {
         let [cos, sin] = self.frame.rotation;
         let turn = self.spin * dt;
         let [re, im] = [cos - turn * sin, sin + turn * cos];
         let length = (re * re + im * im).sqrt();
         self.frame.rotation = [re / length, im / length];
         self.frame.origin = add(self.frame.origin, scale(self.velocity, dt));
-        self.turn = turn.atan();
+        self.turn = angle_of_tangent(turn);
     }
 }
 
@@ -66,21 +68,38 @@ pub(super) struct Span {
 
 /// Softness of contacts at a step length.
 #[derive(Clone, Copy, Debug)]
-struct Softness {
+pub(super) struct Softness {
+    pub dt: f64,
+    inverse_dt: f64,
     /// Speed of correction per depth, 1/s.
     correction_rate: f64,
-    /// Factor of soft impulses.
-    factor: f64,
+    /// Factor of soft impulses, and its inverse.
+    factor: [f64; 2],
 }
 
+/// What a manifold does in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Activity {
+    /// It has no points in contact.
+    Apart,
+    /// It has points in contact, but they are not reached in the step.
+    Idle,
+    /// It may cause impulses.
+    Pressing,
+}
+
+/// Distance of a point from an obstacle in addition to its motion in a step, above which it causes no impulse, m.
+const IDLE_MARGIN_M: f64 = 1e-4;
+
 impl Softness {
-    fn new(dt: f64) -> Self {
+    pub fn new(dt: f64) -> Self {
         let angular = CONTACT_FREQUENCY_HZ * TAU;
         let correction_rate = angular / (dt * angular + 2.0 * CONTACT_DAMPING_RATIO);
         let compliance = 1.0 / (dt * correction_rate) - 1.0;
         let softness = compliance * compliance
             / ((1.0 + compliance) * 4.0 * CONTACT_DAMPING_RATIO * CONTACT_DAMPING_RATIO);
-        Self { correction_rate, factor: 1.0 / (1.0 + softness) }
+        let factor = [1.0 / (1.0 + softness), 1.0 + softness];
+        Self { dt, inverse_dt: 1.0 / dt, correction_rate, factor }
     }
 }
 
@@ -97,6 +116,9 @@ pub(super) struct Constraint {
     coupling: f64,
     /// Whether the two points are solved together.
     is_pair: bool,
+    /// Inverse determinant of the pair's matrix without softness, and with the present softness; zero if that is singular.
+    inverse_determinant: f64,
+    soft_inverse_determinant: f64,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -110,9 +132,10 @@ struct PointConstraint {
     distance: f64,
     normal: Row,
     friction: Row,
-    /// Required change of the normal velocity, m/s, and factor of soft impulses.
+    /// Required change of the normal velocity, m/s.
     bias: f64,
-    softness: f64,
+    /// Factor of soft impulses, and its inverse.
+    softness: [f64; 2],
 }
 
 /// One direction of impulses at a point.
@@ -121,8 +144,9 @@ struct Row {
     /// Torque, and change of the spin, per impulse.
     torque: f64,
     spin: f64,
-    /// Mass that an impulse accelerates, kg.
+    /// Mass that an impulse accelerates, kg, and its inverse.
     mass: f64,
+    inverse_mass: f64,
     impulse: f64,
 }
 
@@ -130,7 +154,8 @@ impl Row {
     fn new(arm: Vec2, direction: Vec2, motion: &Motion, impulse: f64) -> Self {
         let torque = cross(arm, direction);
         let spin = motion.inverse_inertia * torque;
-        Self { torque, spin, mass: inverse(motion.inverse_mass + spin * torque), impulse }
+        let inverse_mass = motion.inverse_mass + spin * torque;
+        Self { torque, spin, mass: 1.0 / inverse_mass, inverse_mass, impulse }
     }
 
     #[inline(always)]
@@ -149,38 +174,28 @@ impl Row {
 }
 
 impl Constraint {
-    /// The constraints of a manifold's points in contact; `None` if there are none. `object` is the object frame.
-    pub fn new(
-        manifold: &Manifold,
-        index: usize,
-        object: &Frame,
-        motion: &Motion,
-        span: Span,
-    ) -> Option<Self> {
-        let direction = scale(object.rotate(manifold.normal), -1.0);
-        let mut constraint = Self { manifold: index, direction, ..Self::default() };
+    /// Set to the points of a manifold in contact. `object` is the object frame.
+    pub fn set(&mut self, manifold: &Manifold, object: &Frame, motion: &Motion, span: Span) {
+        self.direction = scale(object.rotate(manifold.normal), -1.0);
+        self.count = 0;
         for (k, point) in manifold.points[..manifold.count].iter().enumerate() {
-            constraint.push(k, point, object, motion, span);
-        }
-        if constraint.count == 2 {
-            let [a, b] = constraint.points.map(|point| point.normal);
-            constraint.coupling = motion.inverse_mass + a.spin * b.torque;
-            let (first, second) = (inverse(a.mass), inverse(b.mass));
-            let determinant = first * second - constraint.coupling * constraint.coupling;
-            constraint.is_pair = determinant > MIN_PAIR_DETERMINANT * first * second;
-        }
-        (constraint.count > 0).then_some(constraint)
-    }
-
-    fn push(&mut self, index: usize, point: &ContactPoint, object: &Frame, motion: &Motion, span: Span) {
-        let (on_object, normal) = (object.to_world(point.on_object), scale(self.direction, -1.0));
-        if point.distance >= span.limit {
-            let arm = sub(on_object, motion.frame.origin);
-            let velocity = add(motion.velocity, scale(perpendicular(arm), motion.spin));
-            if point.distance - dot(velocity, normal) * span.dt >= span.limit {
-                return;
+            if manifold.activity_of(point, object, motion, span) != Activity::Apart {
+                self.push(k, point, object, motion);
             }
         }
+        self.is_pair = false;
+        if self.count == 2 {
+            let [a, b] = &self.points;
+            self.coupling = motion.inverse_mass + a.normal.spin * b.normal.torque;
+            let product = a.normal.inverse_mass * b.normal.inverse_mass;
+            let determinant = product - self.coupling * self.coupling;
+            self.is_pair = determinant > MIN_PAIR_DETERMINANT * product;
+            self.inverse_determinant = 1.0 / determinant;
+        }
+    }
+
+    fn push(&mut self, index: usize, point: &ContactPoint, object: &Frame, motion: &Motion) {
+        let (on_object, normal) = (object.to_world(point.on_object), scale(self.direction, -1.0));
         let shift = dot(sub(point.on_obstacle, on_object), normal) - point.distance;
         let middle = scale(add(add(on_object, scale(normal, shift)), point.on_obstacle), 0.5);
         let arm = sub(middle, motion.frame.origin);
@@ -196,40 +211,40 @@ impl Constraint {
         self.count += 1;
     }
 
-    fn warm_start(&mut self, motion: &mut Motion, softness: Softness, dt: f64) {
+    fn warm_start(&mut self, motion: &mut Motion, softness: &Softness) {
         let tangent = perpendicular(self.direction);
         for point in &mut self.points[..self.count] {
             let correction = (point.distance * softness.correction_rate).clamp(-MAX_CORRECTION_M_PER_S, 0.0);
-            point.bias = point.distance.max(0.0) / dt + correction;
-            point.softness = if point.distance <= 0.0 { softness.factor } else { 1.0 };
+            point.bias = point.distance.max(0.0) * softness.inverse_dt + correction;
+            point.softness = if point.distance <= 0.0 { softness.factor } else { RIGID };
             motion.apply(self.direction, point.normal.spin, point.normal.impulse);
         }
         for point in &self.points[..self.count] {
             motion.apply(tangent, point.friction.spin, point.friction.impulse);
         }
+        if self.is_pair {
+            let [a, b] = self.points.map(|point| point.normal.inverse_mass * point.softness[1]);
+            let determinant = a * b - self.coupling * self.coupling;
+            self.soft_inverse_determinant = if determinant > 0.0 { 1.0 / determinant } else { 0.0 };
+        }
     }
 
     /// Bias after the integration of the pose: only approach to a separated contact is limited.
-    fn remove_bias(&mut self, moved: Vec2, motion: &Motion, dt: f64) {
+    fn remove_bias(&mut self, moved: Vec2, motion: &Motion, softness: &Softness) {
         for point in &mut self.points[..self.count] {
             let displaced = sub(add(moved, motion.frame.rotate(point.local_arm)), point.arm);
-            point.bias = (point.distance + dot(displaced, self.direction)).max(0.0) / dt;
-            point.softness = 1.0;
+            let distance = point.distance + dot(displaced, self.direction);
+            point.bias = distance.max(0.0) * softness.inverse_dt;
+            point.softness = RIGID;
         }
+        self.soft_inverse_determinant = self.inverse_determinant;
     }
 
     /// Returns whether an impulse changed.
     fn solve_normal(&mut self, motion: &mut Motion) -> bool {
         let (direction, mut changes) = (self.direction, false);
         if self.count == 2 && self.is_pair {
-            let [a, b] = &self.points;
-            let impulses = solve_pair(
-                [a, b].map(|point| point.normal.velocity(direction, motion) + point.bias),
-                [a.normal.impulse, b.normal.impulse],
-                [inverse(a.normal.mass), inverse(b.normal.mass)],
-                self.coupling,
-                [a.softness, b.softness],
-            );
+            let impulses = self.solve_pair(motion);
             for (point, impulse) in self.points.iter_mut().zip(impulses) {
                 changes |= point.normal.change_to(impulse, direction, motion);
             }
@@ -237,7 +252,7 @@ impl Constraint {
         }
         for point in &mut self.points[..self.count] {
             let velocity = point.normal.velocity(direction, motion) + point.bias;
-            let impulse = point.softness * (point.normal.impulse - point.normal.mass * velocity).max(0.0);
+            let impulse = point.softness[0] * (point.normal.impulse - point.normal.mass * velocity).max(0.0);
             changes |= point.normal.change_to(impulse, direction, motion);
         }
         changes
@@ -255,6 +270,32 @@ impl Constraint {
         changes
     }
 
+    /// Normal impulses of two points: the solution λ ≥ 0 of the linear complementarity problem `0 ≤ λ ⟂ K λ + b ≥ 0`,
+    /// with the diagonal of K divided by the softness.
+    fn solve_pair(&self, motion: &Motion) -> Vec2 {
+        let ([p, q], coupling) = (&self.points, self.coupling);
+        let impulse = [p.normal.impulse, q.normal.impulse];
+        let velocity = [p, q].map(|point| point.normal.velocity(self.direction, motion) + point.bias);
+        let b = [
+            velocity[0] - p.normal.inverse_mass * impulse[0] - coupling * impulse[1],
+            velocity[1] - coupling * impulse[0] - q.normal.inverse_mass * impulse[1],
+        ];
+        let soft = [p, q].map(|point| point.normal.inverse_mass * point.softness[1]);
+        let both = [coupling * b[1] - soft[1] * b[0], coupling * b[0] - soft[0] * b[1]];
+        if self.soft_inverse_determinant > 0.0 && both[0] >= 0.0 && both[1] >= 0.0 {
+            return scale(both, self.soft_inverse_determinant);
+        }
+        let first = -b[0] * p.normal.mass * p.softness[0];
+        if first >= 0.0 && b[1] + coupling * first >= 0.0 {
+            return [first, 0.0];
+        }
+        let second = -b[1] * q.normal.mass * q.softness[0];
+        if second >= 0.0 && b[0] + coupling * second >= 0.0 {
+            return [0.0, second];
+        }
+        if b[0] >= 0.0 && b[1] >= 0.0 { [0.0; 2] } else { impulse }
+    }
+
     /// Store the impulses for the next step.
     pub fn store(&self, manifold: &mut Manifold) {
         for point in &self.points[..self.count] {
@@ -265,19 +306,18 @@ impl Constraint {
 }
 
 /// Solve all constraints of a step, and integrate the pose.
-pub(super) fn solve(constraints: &mut [Constraint], motion: &mut Motion, dt: f64) {
-    let softness = Softness::new(dt);
+pub(super) fn solve(constraints: &mut [Constraint], motion: &mut Motion, softness: &Softness) {
     for constraint in &mut *constraints {
-        constraint.warm_start(motion, softness, dt);
+        constraint.warm_start(motion, softness);
     }
     for constraint in &mut *constraints {
         constraint.solve_normal(motion);
     }
     let start = motion.frame.origin;
-    motion.integrate(dt);
+    motion.integrate(softness.dt);
     let moved = sub(motion.frame.origin, start);
     for constraint in &mut *constraints {
-        constraint.remove_bias(moved, motion, dt);
+        constraint.remove_bias(moved, motion, softness);
     }
     for _ in 0..STABILISATION_ITERATIONS {
         let mut changes = false;
@@ -292,32 +332,35 @@ pub(super) fn solve(constraints: &mut [Constraint], motion: &mut Motion, dt: f64
     }
 }
 
-/// Impulses of two points: the solution λ ≥ 0 of the linear complementarity problem `0 ≤ λ ⟂ K λ + b ≥ 0`, with
-/// the diagonal of K divided by the softness.
-fn solve_pair(velocity: Vec2, impulse: Vec2, diagonal: Vec2, coupling: f64, softness: Vec2) -> Vec2 {
-    let b = [
-        velocity[0] - diagonal[0] * impulse[0] - coupling * impulse[1],
-        velocity[1] - coupling * impulse[0] - diagonal[1] * impulse[1],
-    ];
-    let soft = [diagonal[0] / softness[0], diagonal[1] / softness[1]];
-    let determinant = soft[0] * soft[1] - coupling * coupling;
-    let both =
-        [(coupling * b[1] - soft[1] * b[0]) / determinant, (coupling * b[0] - soft[0] * b[1]) / determinant];
-    if determinant > 0.0 && both[0] >= 0.0 && both[1] >= 0.0 {
-        return both;
+impl Manifold {
+    /// What the points do in a step.
+    pub fn activity(&self, object: &Frame, motion: &Motion, span: Span) -> Activity {
+        let mut activity = Activity::Apart;
+        for point in &self.points[..self.count] {
+            match self.activity_of(point, object, motion, span) {
+                Activity::Apart => {}
+                Activity::Idle if activity == Activity::Apart => activity = Activity::Idle,
+                Activity::Idle => {}
+                Activity::Pressing => return Activity::Pressing,
+            }
+        }
+        activity
     }
-    let first = -b[0] / soft[0];
-    if first >= 0.0 && b[1] + coupling * first >= 0.0 {
-        return [first, 0.0];
-    }
-    let second = -b[1] / soft[1];
-    if second >= 0.0 && b[0] + coupling * second >= 0.0 {
-        return [0.0, second];
-    }
-    if b[0] >= 0.0 && b[1] >= 0.0 { [0.0; 2] } else { impulse }
-}
 
-/// The inverse, or zero for zero.
-fn inverse(value: f64) -> f64 {
-    if value == 0.0 { 0.0 } else { 1.0 / value }
+    fn activity_of(&self, point: &ContactPoint, object: &Frame, motion: &Motion, span: Span) -> Activity {
+        let has_impulse = point.impulse != 0.0 || point.friction_impulse != 0.0;
+        if point.distance < span.limit && (has_impulse || point.distance < IDLE_MARGIN_M) {
+            return Activity::Pressing;
+        }
+        let arm = sub(object.to_world(point.on_object), motion.frame.origin);
+        let velocity = add(motion.velocity, scale(perpendicular(arm), motion.spin));
+        let approach = dot(velocity, object.rotate(self.normal)) * span.dt;
+        if point.distance >= span.limit && point.distance - approach >= span.limit {
+            return Activity::Apart;
+        }
+        // The bias after the integration needs twice the approach; the rest covers the curvature of the path.
+        let turn = motion.spin * span.dt;
+        let reach = 3.0 * approach.max(0.0) + turn * turn * (arm[0].abs() + arm[1].abs()) + IDLE_MARGIN_M;
+        if has_impulse || point.distance < reach { Activity::Pressing } else { Activity::Idle }
+    }
 }

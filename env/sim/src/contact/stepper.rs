@@ -5,7 +5,7 @@ use trundle_model::{Body, Plant, Rigid, State};
 
 use super::manifold::{MAX_POINTS, Manifold};
 use super::shape::{Outline, Piece, Polygon};
-use super::solver::{Constraint, Motion, Span, solve};
+use super::solver::{Activity, Constraint, Motion, Softness, Span, solve};
 use super::vector::{Frame, add, scale, sub};
 use crate::SimError;
 use crate::colliders::{in_tracked_frame, object_colliders, obstacle_colliders};
@@ -13,16 +13,21 @@ use crate::colliders::{in_tracked_frame, object_colliders, obstacle_colliders};
 /// Distance below which two shapes count as touching, m.
 pub(crate) const CONTACT_DISTANCE_M: f64 = 0.02;
 
+/// Distance of the bounding circle from an obstacle above which the distance of the shapes is not computed, m.
+const FAR_M: f64 = 0.1;
+
 /// A body among fixed obstacles.
 #[derive(Clone)]
 pub(crate) struct ContactStepper {
     pieces: Vec<Piece>,
-    obstacles: Vec<Piece>,
+    obstacles: Vec<Polygon>,
     state: ContactState,
     /// Outline of a piece in world axes, one for each piece: buffers of a step.
     outlines: Vec<Polygon>,
     /// Buffer of a step; as many entries as manifolds.
     constraints: Vec<Constraint>,
+    /// Softness of contacts at the last step length.
+    softness: Softness,
 }
 
 /// State of the contacts between steps.
@@ -45,7 +50,9 @@ impl ContactStepper {
         let mut fixed = vec![];
         for (index, polygon) in obstacles.iter().enumerate() {
             for piece in obstacle_colliders(polygon, index)? {
-                fixed.push(Piece::of(&piece)?);
+                if let Outline::Polygon(polygon) = Piece::of(&piece)?.outline {
+                    fixed.push(polygon);
+                }
             }
         }
         let outlines = pieces.iter().map(|piece| match &piece.outline {
@@ -61,6 +68,7 @@ impl ContactStepper {
                 impulse: 0.0,
             },
             constraints: vec![Constraint::default(); pairs],
+            softness: Softness::new(0.0),
             pieces,
             obstacles: fixed,
         })
@@ -100,24 +108,26 @@ impl ContactStepper {
         Ok(())
     }
 
-    /// Lower bound on the distance of the body from all obstacles, m; negative in penetration.
+    /// Lower bound on the distance of the body from all obstacles, m; negative in penetration. Far away it is that of the
+    /// bounding circles.
     pub fn clearance(&mut self, pose: [f64; 3]) -> f64 {
         let frame = Frame::new(pose);
         let mut least = f64::INFINITY;
         for (piece, outline) in self.pieces.iter().zip(&mut self.outlines) {
-            let center = frame.to_world(piece.center);
-            let mut is_placed = false;
+            let (center, mut is_placed) = (frame.to_world(piece.center), false);
             for obstacle in &self.obstacles {
-                let Outline::Polygon(polygon) = &obstacle.outline else { continue };
-                let around = polygon.outside(center).0 - piece.radius;
-                if around >= least || matches!(piece.outline, Outline::Disc) {
-                    least = least.min(around);
+                let around = obstacle.outside(center).0 - piece.radius;
+                if around >= least {
+                    continue;
+                }
+                if around > FAR_M || matches!(piece.outline, Outline::Disc) {
+                    least = around;
                     continue;
                 }
                 if !std::mem::replace(&mut is_placed, true) {
-                    place(piece, &frame, outline);
+                    piece.place(&frame, outline);
                 }
-                let apart = outline.separation(polygon).0.max(polygon.separation(outline).0);
+                let apart = outline.separation(obstacle).0.max(obstacle.separation(outline).0);
                 least = least.min(apart.max(around));
             }
         }
@@ -139,7 +149,7 @@ impl ContactStepper {
         let arm = object.rotate(rigid.com);
         let [vx, vy, spin] = state.twist;
         let velocity = [vx - spin * arm[1], vy + spin * arm[0]];
-        let turned = Frame::new([0.0, 0.0, after.pose[2]]).rotate(rigid.com);
+        let turned = object.turned(after.pose[2] - state.pose[2]).rotate(rigid.com);
         let [wx, wy, after_spin] = after.twist;
         let change = sub([wx - after_spin * turned[1], wy + after_spin * turned[0]], velocity);
         let change_of_spin = after_spin - spin;
@@ -153,18 +163,17 @@ impl ContactStepper {
             inverse_mass: rigid.mass.recip(),
             inverse_inertia: rigid.inertia.recip(),
         };
-        let active = self.find_contacts(&object, &motion, span);
+        let (active, is_idle) = self.find_contacts(&object, &motion, span);
         let was_touching = std::mem::replace(&mut self.state.touching, active > 0);
         self.state.impulse = 0.0;
         if active == 0 && !was_touching {
             *state = after;
             return;
         }
-        solve(&mut self.constraints[..active], &mut motion, dt);
-        for constraint in &self.constraints[..active] {
-            let manifold = &mut self.state.manifolds[constraint.manifold];
-            constraint.store(manifold);
-            self.state.impulse += manifold.points[..manifold.count].iter().map(|p| p.impulse).sum::<f64>();
+        if is_idle {
+            motion.integrate(dt);
+        } else {
+            self.solve_contacts(active, &object, &mut motion, span);
         }
         let [vx, vy] = add(motion.velocity, scale(change, 1.0 - share));
         let spin = motion.spin + (1.0 - share) * change_of_spin;
@@ -175,42 +184,43 @@ impl ContactStepper {
         state.inner = after.inner;
     }
 
-    /// Update all manifolds and prepare their constraints. Returns the number of those with contacts.
-    fn find_contacts(&mut self, object: &Frame, motion: &Motion, span: Span) -> usize {
-        let mut active = 0;
-        let count = self.obstacles.len();
-        for (index, (piece, outline)) in self.pieces.iter().zip(&mut self.outlines).enumerate() {
-            let center = object.to_world(piece.center);
-            let mut is_placed = false;
-            let manifolds = &mut self.state.manifolds[index * count..(index + 1) * count];
-            for (k, (obstacle, manifold)) in self.obstacles.iter().zip(manifolds).enumerate() {
-                let Outline::Polygon(polygon) = &obstacle.outline else { continue };
-                if polygon.outside(center).0 - piece.radius >= span.limit {
+    /// Update all manifolds. Returns the number of those with contacts, whose indices are then in the first constraints,
+    /// and whether no contact can cause an impulse in this step.
+    fn find_contacts(&mut self, object: &Frame, motion: &Motion, span: Span) -> (usize, bool) {
+        let (mut active, mut is_idle) = (0, true);
+        let mut manifolds = self.state.manifolds.iter_mut().enumerate();
+        for (piece, outline) in self.pieces.iter().zip(&mut self.outlines) {
+            let (center, mut is_placed) = (object.to_world(piece.center), false);
+            for (obstacle, (index, manifold)) in self.obstacles.iter().zip(&mut manifolds) {
+                if obstacle.outside(center).0 - piece.radius >= span.limit {
                     manifold.count = 0;
                     continue;
                 }
-                if !std::mem::replace(&mut is_placed, true) {
-                    place(piece, object, outline);
-                }
-                manifold.update(object, piece, outline, polygon, span.limit);
-                let constraint = Constraint::new(manifold, index * count + k, object, motion, span);
-                if let Some(constraint) = constraint {
-                    self.constraints[active] = constraint;
+                manifold.update(object, piece, (&mut *outline, &mut is_placed), obstacle, span.limit);
+                let activity = manifold.activity(object, motion, span);
+                if activity != Activity::Apart {
+                    self.constraints[active].manifold = index;
                     active += 1;
                 }
+                is_idle &= activity != Activity::Pressing;
             }
         }
-        active
+        (active, is_idle)
     }
-}
 
-/// Write the outline of a piece in world axes.
-fn place(piece: &Piece, frame: &Frame, outline: &mut Polygon) {
-    let Outline::Polygon(polygon) = &piece.outline else { return };
-    for (to, &point) in outline.points.iter_mut().zip(&polygon.points) {
-        *to = frame.to_world(point);
-    }
-    for (to, &normal) in outline.normals.iter_mut().zip(&polygon.normals) {
-        *to = frame.rotate(normal);
+    /// Solve the impulses of the first `active` constraints, and integrate the pose.
+    fn solve_contacts(&mut self, active: usize, object: &Frame, motion: &mut Motion, span: Span) {
+        if self.softness.dt != span.dt {
+            self.softness = Softness::new(span.dt);
+        }
+        for constraint in &mut self.constraints[..active] {
+            constraint.set(&self.state.manifolds[constraint.manifold], object, motion, span);
+        }
+        solve(&mut self.constraints[..active], motion, &self.softness);
+        for constraint in &self.constraints[..active] {
+            let manifold = &mut self.state.manifolds[constraint.manifold];
+            constraint.store(manifold);
+            self.state.impulse += manifold.points[..manifold.count].iter().map(|p| p.impulse).sum::<f64>();
+        }
     }
 }

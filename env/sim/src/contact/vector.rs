@@ -33,6 +33,19 @@ pub(super) fn perpendicular([x, y]: Vec2) -> Vec2 {
     [-y, x]
 }
 
+/// Largest angle, rad, and its tangent, for which the truncation errors of the series here are below rounding.
+const MAX_SERIES_ANGLE_RAD: f64 = 0.02;
+
+/// The angle with a tangent, rad.
+#[inline(always)]
+pub(super) fn angle_of_tangent(tangent: f64) -> f64 {
+    if tangent.abs() > MAX_SERIES_ANGLE_RAD {
+        return tangent.atan();
+    }
+    let x = tangent * tangent;
+    tangent * (1.0 - x * (1.0 / 3.0 - x * (1.0 / 5.0 - x * (1.0 / 7.0 - x / 9.0))))
+}
+
 /// A pose in the plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
@@ -45,6 +58,20 @@ impl Frame {
     pub fn new([x, y, heading]: [f64; 3]) -> Self {
         let (sin, cos) = heading.sin_cos();
         Self { origin: [x, y], rotation: [cos, sin] }
+    }
+
+    /// The frame turned by an angle, rad; faster than [`Frame::new`] if the angle is small.
+    #[inline(always)]
+    pub fn turned(self, by: f64) -> Self {
+        let (sin, cos) = if by.abs() > MAX_SERIES_ANGLE_RAD {
+            by.sin_cos()
+        } else {
+            let x = by * by;
+            let sin = by * (1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0)));
+            (sin, 1.0 - x / 2.0 * (1.0 - x / 12.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0))))
+        };
+        let [own_cos, own_sin] = self.rotation;
+        Self { rotation: [own_cos * cos - own_sin * sin, own_sin * cos + own_cos * sin], ..self }
     }
 
     #[inline(always)]

@@ -83,7 +83,6 @@ fn gaps(scene: &Scene) -> ([f64; 4], usize, usize) {
 #[track_caller]
 fn assert_alike(name: &str, scene: &Scene, [position, heading, velocity, impulse]: [f64; 4], least: usize) {
     let (found, differs, touched) = gaps(scene);
-    println!("{name}: {found:?}, {differs} of {touched}");
     assert!(touched >= least, "{name}: {touched}");
     assert!(
         found[0] < position && found[1] < heading && found[2] < velocity && found[3] < impulse,
@@ -160,7 +159,7 @@ fn a_concave_object_and_a_disc() {
 #[test]
 fn random_scenes() {
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let mut most = [0.0f64; 2];
+    let (mut most, mut equal) = ([0.0f64; 2], 0);
     for _ in 0..60 {
         let mut about = |size: f64| rng.random_range(-size..=size);
         let boxes = [0, 1].map(|_| {
@@ -174,12 +173,12 @@ fn random_scenes() {
             ..scene(boxes.to_vec(), [0.0; 3], |t| [50.0, 20.0 * (3.0 * t).sin(), 5.0 * (2.0 * t).cos()])
         };
         let (found, differs, _) = gaps(&scene);
-        println!("random: {found:?} {differs}");
+        equal += u32::from(found[0].max(found[1]) < 1e-8);
         most = [most[0].max(found[0]), most[1].max(found[1])];
         assert!(differs <= 2, "{differs}");
     }
-    // Measured.
-    assert!(most[0] < 1e-3 && most[1] < 1e-3, "{most:?}");
+    // Measured 0.22 mm, 0.42 mrad and 56 of 60; the others touch both boxes at the same time.
+    assert!(most[0] < 1e-3 && most[1] < 1e-3 && equal >= 50, "{most:?} {equal}");
 }
 
 #[test]
