@@ -6,7 +6,8 @@ A step is an action of 20 ms: 10 simulation steps of 2 ms in trundle and MuJoCo;
 steps. Each uses one thread. All take turns, and the fastest turn of each counts. `peers.py` describes the
 peers. trundle's environments include noise, rewards and resets; MuJoCo's tables are physics only. "x same"
 and "x lean" are ratios to the fastest way of stepping MuJoCo's table of that law in the same scene, "x pusht"
-to gym-pusht. Episodes with obstacles, resets and ordinary actions follow: `mixed_episodes.py`, alone with `--mix`.
+to gym-pusht. `mixed_episodes.py` describes the episodes with obstacles, resets and ordinary actions that
+follow; `--mix` measures them alone.
 """
 
 from __future__ import annotations

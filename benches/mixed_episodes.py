@@ -1,9 +1,9 @@
 """Episodes with obstacles, resets and ordinary actions, in trundle and MuJoCo; see `environment.py`.
 
-Actions are recorded once and replayed: a random walk of the wrench, or the same with a force towards the goal. trundle
-plays them from the same seeds, so that every cycle has the same episodes, with resets, rewards and noise. MuJoCo's
-tables start each second from the recorded state of the same episode, with the same wheel, obstacles and wrench, and
-move without rewards, noise and observations.
+Actions are recorded once and replayed: a random walk of the wrench, or the same with a force towards the
+goal. trundle plays them from the same seeds, so that every cycle has the same episodes, with resets, rewards
+and noise. MuJoCo's tables start each second from the recorded state of the same episode, with the same wheel,
+obstacles and wrench, and move without rewards, noise and observations.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def batch(task: str, scene: str, episodes: list[Episode], envs: int) -> Contesta
 
 
 def single(task: str, scene: str, episodes: list[Episode]) -> Contestant:
-    """Return one environment of `gymnasium.make`, with its wrappers, that repeats the first recorded episodes."""
+    """Return one environment of `gymnasium.make`, with its wrappers, that repeats recorded episodes."""
     env: Any = gymnasium.make(f"trundle/{task}-v1", **OPTIONS)
 
     def act(calls: int) -> None:
