@@ -131,7 +131,7 @@ fn turning_about_the_corner_of_a_box() {
 
 #[test]
 fn jamming_in_a_doorway() {
-    let walls = vec![rectangle([0.95, 0.45, 1.05, 5.0]), rectangle([0.95, -5.0, 1.05, -0.45])];
+    let walls = [rectangle([0.95, 0.45, 1.05, 5.0]), rectangle([0.95, -5.0, 1.05, -0.45])];
     let walls = walls.iter().map(|wall| turned(wall, 0.4)).collect();
     assert_alike(
         "door",
