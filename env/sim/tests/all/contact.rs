@@ -155,6 +155,25 @@ fn a_concave_object_and_a_disc() {
     assert_alike("disc", &disc, CORNERS, 100);
 }
 
+#[test]
+fn the_shape_stays_in_place_in_another_tracked_frame() {
+    let wall = || vec![rectangle([0.9, -2.0, 1.4, 2.0])];
+    let own = Scene { seconds: 2.0, ..scene(wall(), [0.0; 3], |_| [40.0, 0.0, 0.0]) };
+    let offset = [("offset_x", 0.1), ("offset_y", 0.0), ("offset_theta", 0.0)];
+    let offset = offset
+        .iter()
+        .fold(Effect::free(Kind::TrackerOffset), |effect, &(name, value)| effect.with(name, Some(value)));
+    let mut tracked = Scene { start: State::at_rest([0.1, 0.0, 0.0]), ..own };
+    let own = Scene { model: tracked.model.clone(), ..scene(wall(), [0.0; 3], tracked.push) };
+    tracked.model.effects.push(offset);
+    for method in [ContactMethod::Engine, ContactMethod::Direct] {
+        let (a, b) = (run(&own, method), run(&tracked, method));
+        let (a, b) = (a.states[b.states.len() - 1], b.states[b.states.len() - 1]);
+        assert!(a.twist[0].abs() < 1e-3, "{method:?}: not at the wall, {a:?}");
+        assert!((b.pose[0] - a.pose[0] - 0.1).abs() < 1e-4, "{method:?}: {a:?} {b:?}");
+    }
+}
+
 /// Objects, obstacles and pushes at random.
 #[test]
 fn random_scenes() {
