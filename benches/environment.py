@@ -6,7 +6,8 @@ A step is an action of 20 ms: 10 simulation steps of 2 ms in trundle and MuJoCo;
 steps. Each uses one thread. All take turns, and the fastest turn of each counts. `peers.py` describes the
 peers. trundle's environments include noise, rewards and resets; MuJoCo's tables are physics only. "x same"
 and "x lean" are ratios to the fastest way of stepping MuJoCo's table of that law in the same scene, "x pusht"
-to gym-pusht.
+to gym-pusht. `mixed_episodes.py` describes the episodes with obstacles, resets and ordinary actions that
+follow; `--mix` measures them alone.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from time import process_time
 from typing import Any
 
 import gymnasium
+import mixed_episodes
 import numpy as np
 from peers import (
     FREE,
@@ -226,6 +228,7 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--rounds", type=int, default=9, help="turns of each contestant (default 9)")
+    parser.add_argument("--mix", action="store_true", help="only the episodes with obstacles")
     parser.add_argument("--growth", choices=SCENES, help=argparse.SUPPRESS)
     args = parser.parse_args()
     os.environ.setdefault("RAYON_NUM_THREADS", "1")
@@ -233,11 +236,15 @@ def main() -> None:
         print(memory_per_environment(args.growth))
         return
     print(f"trundle {trundle.__version__}, {' '.join(os.uname())}")
+    if args.mix:
+        mixed_episodes.print_mix(args.rounds)
+        return
     durations = step_times([*trundle_contestants(), *others()], args.rounds)
     print_times(durations)
     print_targets(durations)
     print_overhead(args.rounds)
     print_memory()
+    mixed_episodes.print_mix(args.rounds)
 
 
 if __name__ == "__main__":

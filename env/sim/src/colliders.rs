@@ -2,12 +2,13 @@
 
 use rapier2d_f64::parry::transformation::hertel_mehlhorn;
 use rapier2d_f64::prelude::*;
-use trundle_model::{Body, Fixture, Rigid};
+use trundle_model::{Body, Fixture, Plant, Rigid};
 
 use crate::SimError;
+use crate::gripper::relative;
 
 /// Friction coefficient of the object's rim against walls and obstacles.
-const RIM_FRICTION_COEFFICIENT: f64 = 0.3;
+pub(crate) const RIM_FRICTION_COEFFICIENT: f64 = 0.3;
 
 type ConvexPiece = (Pose, SharedShape);
 
@@ -42,6 +43,15 @@ pub(crate) fn object_colliders(body: &Body) -> Result<Vec<Collider>, SimError> {
 /// Convex colliders of a fixed obstacle with these corners, world frame, m.
 pub(crate) fn obstacle_colliders(polygon: &[[f64; 2]], index: usize) -> Result<Vec<Collider>, SimError> {
     Ok(convex_pieces(polygon, || format!("obstacle {}", index + 1))?.into_iter().map(collider).collect())
+}
+
+/// A collider expressed in the tracked frame, if the plant's frame is not the object's own.
+pub(crate) fn in_tracked_frame(mut piece: Collider, plant: &Plant<f64>) -> Collider {
+    if let Some(mount) = plant.mount() {
+        let [x, y, angle] = relative(mount, [0.0; 3]);
+        piece.set_position(Pose::new(Vector::new(x, y), angle) * *piece.position());
+    }
+    piece
 }
 
 fn collider((pose, shape): ConvexPiece) -> Collider {

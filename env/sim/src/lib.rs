@@ -10,6 +10,7 @@
 //! ```
 
 mod colliders;
+mod contact;
 mod end_effector;
 mod episode_setup;
 mod error;
@@ -36,7 +37,7 @@ pub use episode_setup::EpisodeSetup;
 pub use error::SimError;
 pub use excitation::Excitation;
 pub use gripper::{Coupling, DriveMode, Gripper};
-pub use hybrid_stepper::HybridStepper;
+pub use hybrid_stepper::{ContactMethod, HybridStepper};
 pub use instruments::{GroundTruth, Instruments, Row, episode};
 pub use object::Object;
 pub use obstacle_distance::can_touch;

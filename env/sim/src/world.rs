@@ -14,8 +14,7 @@ use serde::{Deserialize, Serialize};
 use trundle_model::{Clock, LinearPropagator, MAX_INNER_STATES, Model, Plant, Rigid, State};
 
 use crate::SimError;
-use crate::colliders::{mass_properties, object_colliders, obstacle_colliders, rigid_body};
-use crate::gripper::relative;
+use crate::colliders::{in_tracked_frame, mass_properties, object_colliders, obstacle_colliders, rigid_body};
 
 /// Clock before contact.
 const PRECONTACT_CLOCK: Clock = Clock { t: f64::MIN, ..Clock::since_contact(-1.0) };
@@ -306,13 +305,4 @@ fn configure_solver(parameters: &mut IntegrationParameters) {
     parameters.contact_recycling = false;
     parameters.num_solver_iterations = 1;
     parameters.num_internal_stabilization_iterations = 4;
-}
-
-/// A collider expressed in the tracked frame, if the plant's frame is not the object's own.
-fn in_tracked_frame(mut piece: Collider, plant: &Plant<f64>) -> Collider {
-    if let Some(mount) = plant.mount() {
-        let [x, y, angle] = relative(mount, [0.0; 3]);
-        piece.set_position_wrt_parent(Pose::new(Vector::new(x, y), angle) * *piece.position());
-    }
-    piece
 }

@@ -97,6 +97,15 @@ fn in_contact_only_the_engine_allocates() {
 }
 
 #[test]
+fn direct_contacts_allocate_nothing() {
+    for task in [TaskKind::Door, TaskKind::Around] {
+        let direct = Options { version: 1, ..options(task, ActionMode::Wrench) };
+        let (count, touched) = allocations(direct, &[0.3, 0.0, 0.0], 200);
+        assert!(touched > 100 && count == 0, "{task:?} {count} {touched}");
+    }
+}
+
+#[test]
 fn an_environment_is_small() {
     for (task, most) in [(TaskKind::Pose, 16), (TaskKind::Door, 64)] {
         let mut touched = 0;

@@ -109,7 +109,9 @@ impl Episode {
             return Err(SimError::value("effects", "an instrument with a memory", remedy));
         }
         let is_instrumented = model.effects.len() != model.clone().without_instruments().effects.len();
-        let mut stepper = HybridStepper::new(model.without_instruments(), layout.obstacles.clone())?;
+        let obstacles = layout.obstacles.clone();
+        let mut stepper =
+            HybridStepper::with_contacts(model.without_instruments(), obstacles, options.contact_method())?;
         stepper.precompute_step(options.step);
         stepper.set_state(State::at_rest(layout.start).with_inner(hidden.inner));
         let (sensor, tracker) = (sensor(&options), tracker(&options));

@@ -8,7 +8,7 @@ use super::arm::ArmOptions;
 use super::constants::*;
 use super::costs::Costs;
 use super::object_sets::{Level, Split};
-use crate::SimError;
+use crate::{ContactMethod, SimError};
 
 /// Kind of task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -191,6 +191,11 @@ impl Options {
     /// Whether actions outside [−1, 1] are clipped. Otherwise they are errors.
     pub fn clips_actions(&self) -> bool {
         self.version > 0
+    }
+
+    /// Solver of contacts with obstacles. Version 0 keeps the engine, so that its episodes stay the same.
+    pub fn contact_method(&self) -> ContactMethod {
+        if self.version == 0 { ContactMethod::Engine } else { ContactMethod::Direct }
     }
 
     /// Costs per second.

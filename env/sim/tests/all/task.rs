@@ -107,8 +107,18 @@ fn copies_and_saved_states_continue_bit_for_bit() {
 
 #[test]
 fn a_copy_in_contact_continues_bit_for_bit() {
-    let options =
-        Options { task: TaskKind::Door, hidden: HiddenKind::Locked, horizon: 0, ..Options::default() };
+    // The physics engine, and direct contacts.
+    [0, 1].into_iter().for_each(copy_in_contact);
+}
+
+fn copy_in_contact(version: u32) {
+    let options = Options {
+        task: TaskKind::Door,
+        hidden: HiddenKind::Locked,
+        horizon: 0,
+        version,
+        ..Options::default()
+    };
     let mut task = PushTask::new(options.clone()).unwrap();
     task.reset(Some(3), &ResetOptions::default()).unwrap();
     let push = |task: &mut PushTask| task.step(&[0.3, 0.0, 0.0]).unwrap();
