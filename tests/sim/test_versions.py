@@ -102,6 +102,25 @@ def test_contact_is_priced_by_its_duration() -> None:
     assert rewards[0] - rewards[1] == pytest.approx(10.0 * info["contact_time"])
 
 
+@pytest.mark.parametrize("version", [0, 1])
+def test_a_touch_is_a_force_in_version_1_and_a_short_distance_in_version_0(version: int) -> None:
+    env: Any = gymnasium.make(f"trundle/PushDoor-v{version}", hidden="locked")
+    touches, impulses = [], []
+    for seed in range(8):
+        env.reset(seed=seed)
+        action, before = np.random.default_rng(seed).uniform(-0.3, 0.3, 3).astype(np.float32), 0.0
+        for _ in range(100):
+            *_, terminated, truncated, info = env.step(action)
+            touches.append(info["touched"])
+            impulses.append(info["contact_impulse"] > before)
+            before = info["contact_impulse"]
+            if terminated or truncated:
+                break
+    assert any(impulses)
+    assert (touches == impulses) == (version == 1)
+    assert all(touch for touch, impulse in zip(touches, impulses, strict=True) if impulse)
+
+
 def test_success_without_touching_excludes_an_earlier_touch() -> None:
     env: Any = gymnasium.make("trundle/PushDoor-v1", hidden="locked", reach=2.5, facing=4.0)
     env.reset(seed=3)

@@ -104,7 +104,7 @@ class Push(gym.Env[Array, Action]):
 
     - `is_success`: the goal is reached
     - `success_without_touching`: the goal is reached, and no obstacle was touched in the episode
-    - `touched`: an obstacle was touched in this step
+    - `touched`: an obstacle exerted a force in this step; in v0 it was within 2 cm
     - `contact_time` (s), `contact_impulse` (N s): contact with obstacles in the episode so far; the impulse
       is the sum of magnitudes
     - `distance` (m), `heading_error` (rad, in (-pi, pi]), `progress` (share of a path)

@@ -326,8 +326,10 @@ impl Episode {
         self.state.last_wrench = wrench;
         sums.effort += effort(wrench, self.state.action_model.grasp);
         if self.stepper.is_touching() {
-            sums.touching_ticks += 1;
-            self.state.contact_impulse += self.stepper.contact_impulse();
+            let impulse = self.stepper.contact_impulse();
+            // Version 0 counts every step within 2 cm of an obstacle.
+            sums.touching_ticks += u32::from(self.options.version == 0 || impulse > 0.0);
+            self.state.contact_impulse += impulse;
         }
         self.state.tick += 1;
         if is_pushing {
