@@ -129,7 +129,7 @@ def batch(task: str, scene: str, episodes: list[Episode], envs: int) -> Contesta
                 infos = env.step(action)[-1]
                 touched[0] += infos["touched"].sum() if "touched" in infos else 0
 
-    share = lambda: f"within 2 cm of an obstacle {touched[0] / (STEPS * envs):.0%}"  # noqa: E731
+    share = lambda: f"touching an obstacle {touched[0] / (STEPS * envs):.0%}"  # noqa: E731
     return Contestant(f"trundle make_vec {envs}", scene, envs, act, share)
 
 
