@@ -26,6 +26,7 @@ mod model;
 mod online;
 mod paper;
 mod plain;
+mod pool;
 mod posterior;
 mod push;
 mod push_batch;
@@ -63,6 +64,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     arm::register(module)?;
     control::register(module)?;
     paper::register(module)?;
+    pool::register(module)?;
     posterior::register(module)?;
     Ok(())
 }
