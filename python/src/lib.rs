@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 mod actions;
 mod arm;
+mod background;
 mod baseline;
 mod black_box;
 mod columns;
@@ -62,9 +63,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     black_box::register(module)?;
     design::register(module)?;
     arm::register(module)?;
+    background::register(module)?;
     control::register(module)?;
     paper::register(module)?;
-    pool::register(module)?;
     posterior::register(module)?;
     Ok(())
 }

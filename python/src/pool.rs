@@ -3,11 +3,8 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use trundle_sim::{SimError, thread_pool};
-
-use crate::error::refused;
 
 thread_local! {
     static OWN: RefCell<Option<Arc<ThreadPool>>> = const { RefCell::new(None) };
@@ -15,11 +12,6 @@ thread_local! {
 
 /// Stack size of the thread of an own pool, bytes; as in the pool of the process.
 const STACK_BYTES: usize = 8 << 20;
-
-pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(_work_in_own_pool, module)?)?;
-    module.add_function(wrap_pyfunction!(_pool_threads, module)?)
-}
 
 /// Pool for the work that the calling thread starts.
 ///
@@ -32,18 +24,13 @@ pub(crate) fn pool() -> Result<Arc<ThreadPool>, SimError> {
     }
 }
 
-/// From now on, run native work of the calling Python thread in a pool of one thread of its own. Long work in the pool of
-/// the process would delay the work of all other threads.
-#[pyfunction]
-fn _work_in_own_pool() -> PyResult<()> {
+/// From now on, [`pool`] returns a pool of one thread that belongs to the calling thread.
+///
+/// # Errors
+/// If the system cannot create the thread.
+pub(crate) fn use_own_pool() -> Result<(), SimError> {
     let builder = ThreadPoolBuilder::new().num_threads(1).stack_size(STACK_BYTES);
-    let own = builder.thread_name(|_| "trundle-background".to_owned()).build().map_err(refused)?;
-    OWN.set(Some(Arc::new(own)));
+    let own = builder.thread_name(|_| "trundle-background".to_owned()).build();
+    OWN.set(Some(Arc::new(own.map_err(|error| SimError::Threads(error.to_string()))?)));
     Ok(())
-}
-
-/// Number of threads that native work of the calling Python thread uses.
-#[pyfunction]
-fn _pool_threads() -> PyResult<usize> {
-    Ok(pool().map_err(refused)?.current_num_threads())
 }

@@ -124,6 +124,9 @@ class Belief(Displayed):
         Model with free parameters that is fitted; None: the paper's model.
     online : Online, optional
         Online estimate of the parameters of `template`.
+    online_since : float
+        Time of the first observation of the current push of `online`, s. Earlier ones are a push of their
+        own.
     regression : optional
         Regression that the planner uses instead of `models`.
     command : ndarray, shape (3,)
@@ -144,6 +147,7 @@ class Belief(Displayed):
         self.updates: list[Update] = []
         self.template: Model | None = None
         self.online: Online | None = None
+        self.online_since = 0.0
         self.regression: _Regression | None = None
         self.diagnosed_at = 0.0
         self.diagnosis: PendingDiagnosis | None = None

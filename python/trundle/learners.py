@@ -122,6 +122,7 @@ class Physics:
         if extension is not None and extension.model is not None:
             named, supposed = extension.named, extension.supposed
             belief.template, belief.online = extension.model.freed(), extension.online
+            belief.online_since = 0.0 if extension.online is None else belief.diagnosed_at
             model, estimate = extension.model, estimate_rows(extension.model)
             if belief.online is not None:
                 # There are later observations.
@@ -137,7 +138,9 @@ class Physics:
             return found.model, found.summary["parameters"]
         if belief.online is None:
             belief.online = Online(belief.metadata, belief.template, starts=self._starts, seed=self._seed)
-        belief.online.replace(belief.columns(period, rise))
+        columns = belief.columns(period, rise)
+        later = columns["t"] >= belief.online_since
+        belief.online.replace({name: column[later] for name, column in columns.items()})
         model = belief.online.model
         if model is None or belief.online.waiting is not None:
             raise TrundleError(belief.online.waiting or "no estimate: there are no observations")
@@ -187,7 +190,8 @@ class Physics:
                 return found
             check()
             online = Online(metadata, found.model.freed(), starts=self._starts, seed=self._seed)
-            online.replace(columns)
+            # A complete push: later updates of the richer model need no search, which would take long.
+            online.update(columns)
             return replace(found, online=online)
 
         delay = 0.0 if self._diagnosis is None else self._diagnosis.delay

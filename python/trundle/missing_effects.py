@@ -60,7 +60,8 @@ class Extension:
     named, supposed : tuple of str
         Additional effects that the diagnosis named, and those that are only supposed.
     online : Online or None
-        Online estimate of the parameters of `model`; None: not started yet.
+        Online estimate of the parameters of `model` from the observations as a complete push; None: not
+        started yet.
     """
 
     diagnosed: bool
