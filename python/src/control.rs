@@ -35,6 +35,9 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 ///     Duration of each action, 0.1 s by default.
 /// samples, iterations : int
 ///     Number of plans per iteration, 256 by default, and of iterations per call, 6 by default.
+/// rollouts : int, optional
+///     Maximum number of rollouts per call, each of one plan on one model; unlimited by default. Calls with several models
+///     then run fewer iterations with fewer plans.
 /// spread, smoothness, temperature : float
 ///     Properties of the samples: standard deviation in the first iteration as a share of half the range of the
 ///     bounds (0.6), correlation of successive actions (0.9), and temperature of the weights as a share of the

@@ -8,7 +8,9 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use trundle_model::ModelError;
-use trundle_sim::{SimError, thread_pool};
+use trundle_sim::SimError;
+
+use crate::pool::pool;
 
 create_exception!(
     trundle,
@@ -42,7 +44,7 @@ pub(crate) fn simulated(error: SimError) -> PyErr {
     }
 }
 
-/// Runs `work` on the thread pool of this process with the interpreter released. An error becomes `TrundleError`; a
+/// Runs `work` on the thread pool of the calling thread with the interpreter released. An error becomes `TrundleError`; a
 /// panic, which is a bug in trundle, becomes `RuntimeError`.
 ///
 /// All work that may use threads runs here. A forked child has no threads of rayon's global pool and would wait for
@@ -51,11 +53,11 @@ pub(crate) fn run<T: Send, E: Display + Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, E> + Send,
 ) -> PyResult<T> {
-    let pool = thread_pool().map_err(refused)?;
+    let pool = pool().map_err(refused)?;
     run_here(py, move || pool.install(work))
 }
 
-/// Like [`run`], on the calling thread, for short work that uses only threads of `thread_pool`.
+/// Like [`run`], on the calling thread, for short work that uses only threads of `pool`.
 pub(crate) fn run_here<T: Send, E: Display + Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, E> + Send,

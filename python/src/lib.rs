@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 mod actions;
 mod arm;
+mod background;
 mod baseline;
 mod black_box;
 mod columns;
@@ -26,6 +27,7 @@ mod model;
 mod online;
 mod paper;
 mod plain;
+mod pool;
 mod posterior;
 mod push;
 mod push_batch;
@@ -61,6 +63,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     black_box::register(module)?;
     design::register(module)?;
     arm::register(module)?;
+    background::register(module)?;
     control::register(module)?;
     paper::register(module)?;
     posterior::register(module)?;

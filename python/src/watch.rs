@@ -12,9 +12,9 @@ use trundle_infer::{InferError, Progress, Stage, Watch};
 use trundle_mechanism::MechanismError;
 use trundle_paper::PaperError;
 use trundle_posterior::PosteriorError;
-use trundle_sim::thread_pool;
 
 use crate::error::{refused, run_here};
+use crate::pool::pool;
 
 /// Interval between checks for signals.
 const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
@@ -85,7 +85,7 @@ impl Watch for Relay<'_> {
     }
 }
 
-/// Runs interruptible `work` on the thread pool of this process with the interpreter released. An exception of the
+/// Runs interruptible `work` on the thread pool of the calling thread with the interpreter released. An exception of the
 /// callback or Ctrl-C stops the work and is raised again. The callback receives the stage and the completed share of
 /// the whole work, both of which never decrease.
 pub(crate) fn watched<T: Send>(
@@ -94,7 +94,7 @@ pub(crate) fn watched<T: Send>(
     stages: &'static [Stage],
     work: impl FnOnce(&dyn Watch) -> Result<T, InferError> + Send,
 ) -> PyResult<T> {
-    let pool = thread_pool().map_err(refused)?;
+    let pool = pool().map_err(refused)?;
     let watcher = Watcher {
         callback,
         progress: Mutex::new(Progress::new(stages)),

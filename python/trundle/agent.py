@@ -16,7 +16,7 @@ from trundle.belief import Belief, Update, freely_rolling_model, observation_met
 from trundle.braking import braking_action, exceeds_limits_soon
 from trundle.display import Card, Displayed
 from trundle.envs.observation import COMMON_ENTRIES, Observation
-from trundle.learners import make_learner
+from trundle.learners import DiagnosisSettings, make_learner
 from trundle.picture import outlines
 
 __all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
@@ -106,9 +106,8 @@ class AdaptiveAgent(Displayed):
         self._obstacles: Callable[[Array], Any] = getattr(self._source, "seen_obstacles", lambda _: ())
         self._has_varied_objects = bool(getattr(self._source, "varied", False))
         self._can_regrasp = getattr(self._source, "mode", "wrench") == "regrasp"
-        self._learner = make_learner(
-            chosen.learner, diagnose=chosen.diagnose, starts=chosen.starts, seed=chosen.seed
-        )
+        diagnosis = DiagnosisSettings(chosen.diagnosis_delay, chosen.realtime) if chosen.diagnose else None
+        self._learner = make_learner(chosen.learner, diagnosis, starts=chosen.starts, seed=chosen.seed)
         self._period = chosen.control_period(self._source)
         self._steps_per_plan = max(1, round(self._make_planner().hold / self._period))
         self._steps_per_update = max(1, round(chosen.push / self._period))
@@ -191,6 +190,8 @@ class AdaptiveAgent(Displayed):
 
     def _update(self, belief: Belief | None, observation: Observation, starts_episode: bool) -> Belief:
         """Return the belief after one more observation."""
+        if belief is not None and starts_episode:
+            belief.end()
         if belief is None or starts_episode:
             return self._first_belief(observation)
         belief.observe(observation)
@@ -204,7 +205,8 @@ class AdaptiveAgent(Displayed):
         """Return whether to fit now: before each action while uncertain, otherwise after each push."""
         steps = len(belief.observations) - 1
         interval = 1 if is_uncertain(belief) else self._steps_per_update
-        return steps % interval == 0 and steps <= self._last_learning_step
+        is_due = steps % interval == 0 or self._learner.is_due(belief, self._period * steps)
+        return is_due and steps <= self._last_learning_step
 
     def _first_belief(self, observation: Observation) -> Belief:
         """Return the belief at the start of an episode."""
@@ -325,7 +327,8 @@ class AdaptiveAgent(Displayed):
     def _make_planner(self) -> Planner:
         low = self._space.low[:WRENCH_ENTRIES] * self._scale
         high = self._space.high[:WRENCH_ENTRIES] * self._scale
-        return Planner(low, high, seed=self._settings.seed, **self._settings.planner)
+        limit = {"rollouts": self._settings.rollouts}
+        return Planner(low, high, seed=self._settings.seed, **limit | self._settings.planner)
 
 
 def require_supported(env: gym.Env[Any, Any]) -> tuple[gym.spaces.Box, int, Pushable]:

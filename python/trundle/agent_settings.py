@@ -40,6 +40,12 @@ class AgentSettings(DisplayedFields):
         Whether to diagnose missing effects if the model predicts worse than the noise explains. The agent
         adds the named effects to its model. If none is named, it adds the best fitted candidate, if that
         predicts better.
+    diagnosis_delay : float
+        Time after which the agent uses the result of a diagnosis, s. Until then the diagnosis runs on
+        another thread. If it is not finished, the agent waits, so that the same seed gives the same actions.
+    realtime : bool
+        Whether the agent uses the result of a diagnosis as soon as it is ready and never waits for it. The
+        same seed may then give different actions.
     probe : bool
         Whether to start with several models: the object rolls freely, or a wheel near one corner is locked.
         While the value of information is large, the agent prefers pushes that distinguish them (dual
@@ -59,6 +65,9 @@ class AgentSettings(DisplayedFields):
         Time in which the wrench changes from one action to the next without lag, s.
     seed : int
         Seed of plans and searches. The same seed and observations give the same actions.
+    rollouts : int
+        Maximum number of rollouts, each of one plan on one model, for a plan and again for the value of
+        information. It bounds the time of a decision: with several models the planner samples fewer plans.
     planner : mapping
         Settings of `trundle.Planner`.
 
@@ -78,6 +87,8 @@ class AgentSettings(DisplayedFields):
     arm: bool = True
     learner: Kind = "filter"
     diagnose: bool = False
+    diagnosis_delay: float = 0.0
+    realtime: bool = False
     probe: bool = False
     outline: bool = False
     push: float = 0.5
@@ -86,6 +97,7 @@ class AgentSettings(DisplayedFields):
     period: float | None = None
     rise: float = 0.02
     seed: int = 0
+    rollouts: int = 1536
     planner: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -93,6 +105,11 @@ class AgentSettings(DisplayedFields):
             raise TrundleError(f"mass = {self.mass}: must be positive (kg)")
         if not 1 <= self.starts <= MAX_STARTS:
             raise TrundleError(f"starts = {self.starts}: must be 1 to {MAX_STARTS}")
+        if not 0.0 <= self.diagnosis_delay < float("inf"):
+            raise TrundleError(
+                f"diagnosis_delay = {self.diagnosis_delay}: must be finite and not negative (s); "
+                "realtime = True never waits"
+            )
         if not 0 <= self.seed < 2**63:
             raise TrundleError(f"seed = {self.seed}: must be an integer from 0 to 2**63 - 1")
         if self.pushes is not None and self.pushes < 1:

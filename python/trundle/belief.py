@@ -11,8 +11,10 @@ import tomli_w
 from numpy.typing import NDArray
 
 from trundle._native import Laws, Model, Planner, Recording, _ArmEstimate, _Regression
+from trundle.background import Background
 from trundle.display import Card, Displayed, Table
 from trundle.envs.observation import Observation
+from trundle.missing_effects import Extension
 from trundle.online import Online
 from trundle.report.quantity import format_estimate
 
@@ -67,6 +69,23 @@ class Update(Displayed):
         )
 
 
+@dataclass(frozen=True)
+class PendingDiagnosis:
+    """A diagnosis on a thread of its own.
+
+    Attributes
+    ----------
+    work : Background
+        Its work.
+    started, due : float
+        Times of its start and of the use of its result, s since the start of the episode.
+    """
+
+    work: Background[Extension]
+    started: float
+    due: float
+
+
 class Belief(Displayed):
     """The observations of one episode and the models estimated from them.
 
@@ -94,7 +113,9 @@ class Belief(Displayed):
     plan : list of ndarray
         Remaining actions of the current plan, shape (3,) each.
     diagnosed_at : float
-        Time of the last completed diagnosis, s since the start of the episode; 0: none.
+        Time of the observations of the last completed diagnosis, s since the start of the episode; 0: none.
+    diagnosis : PendingDiagnosis, optional
+        The diagnosis in progress.
     next_grasp : ndarray or None
         Grasp point to which the gripper is moving, object frame, m.
     has_released : bool
@@ -103,6 +124,9 @@ class Belief(Displayed):
         Model with free parameters that is fitted; None: the paper's model.
     online : Online, optional
         Online estimate of the parameters of `template`.
+    online_since : float
+        Time of the first observation of the current push of `online`, s. Earlier ones are a push of their
+        own.
     regression : optional
         Regression that the planner uses instead of `models`.
     command : ndarray, shape (3,)
@@ -123,8 +147,10 @@ class Belief(Displayed):
         self.updates: list[Update] = []
         self.template: Model | None = None
         self.online: Online | None = None
+        self.online_since = 0.0
         self.regression: _Regression | None = None
         self.diagnosed_at = 0.0
+        self.diagnosis: PendingDiagnosis | None = None
         self.plan: list[Array] = []
         self.observations: list[Observation] = [first]
         self.next_grasp: Array | None = None
@@ -148,6 +174,11 @@ class Belief(Displayed):
             holds = self.next_grasp is None and np.array_equal(observation.grasp, self.latest.grasp)
             self.arm.observe(self.command, observation.wrench, holds)
         self.observations.append(observation)
+
+    def end(self) -> None:
+        """Stop work in progress."""
+        if self.diagnosis is not None:
+            self.diagnosis.work.cancel()
 
     @property
     def model(self) -> Model:

@@ -2,44 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol, TypeAlias
 
-import numpy as np
-import tomli_w
-
 from trundle import _native
-from trundle._native import Model, Recording, TrundleError, _Regression
-from trundle.belief import Belief, Update
-from trundle.fitting import Fit, Likelihood, fit
+from trundle._native import Model, TrundleError, _Regression
+from trundle.background import Background
+from trundle.belief import Belief, PendingDiagnosis, Update
+from trundle.fitting import Likelihood
+from trundle.missing_effects import Extension, Suspicion, find_missing_effects, fit_present_model
 from trundle.online import Online
 
-__all__ = ["KINDS", "REGRESSIONS", "Kind", "Learner", "make_learner"]
+__all__ = ["KINDS", "REGRESSIONS", "DiagnosisSettings", "Kind", "Learner", "make_learner"]
 
 Kind: TypeAlias = Literal["filter", "shooting", "linear", "local"]
 KINDS: tuple[Kind, ...] = ("filter", "shooting", "linear", "local")
 REGRESSIONS: tuple[Kind, ...] = ("linear", "local")
 
-MIN_LACK_OF_FIT_NATS = 12.0
-"""Excess prediction error per pose, nats, above which an effect is considered missing."""
 MIN_DIAGNOSIS_TIME_S = 3.0
 """Minimum duration of the observations before a diagnosis, s."""
 DIAGNOSIS_INTERVAL_FACTOR = 2.0
 """A diagnosis is repeated when the duration of the observations has grown by this factor."""
-EXCLUDED_EFFECTS = ["swinging_load"]
-"""Effects that a diagnosis omits. The planner's steps of 50 ms do not resolve a swing of some hertz."""
 SDS_PER_95_INTERVAL = 2 * 1.959964
 """Width of a central 95 % interval of a normal distribution, standard deviations."""
 
 Rows: TypeAlias = Sequence[Mapping[str, Any]]
 """A row for each parameter: name, mean, sd and unit."""
-ExtendedModel: TypeAlias = tuple[Model, tuple[str, ...], tuple[str, ...]]
-"""A model with additional effects, those that the diagnosis named, and those that are only supposed."""
 
 
 class Learner(Protocol):
     """Interface of a learner."""
+
+    def is_due(self, belief: Belief, time: float) -> bool:
+        """Return whether `learn` must be called at this time, s, even if no update is due."""
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
         """Fit to all observations of a belief.
@@ -60,11 +57,27 @@ class Learner(Protocol):
         """
 
 
-def make_learner(kind: Kind, *, diagnose: bool, starts: int, seed: int) -> Learner:
+@dataclass(frozen=True)
+class DiagnosisSettings:
+    """When the result of a diagnosis is used; see `trundle.AgentSettings`.
+
+    Attributes
+    ----------
+    delay : float
+        Time after its start, s.
+    realtime : bool
+        Whether it is used as soon as it is ready, instead.
+    """
+
+    delay: float
+    realtime: bool
+
+
+def make_learner(kind: Kind, diagnosis: DiagnosisSettings | None, *, starts: int, seed: int) -> Learner:
     """Return a learner; arguments as in `trundle.AgentSettings`."""
     if kind in REGRESSIONS:
         return Regressor(local=kind == "local")
-    return Physics("steps" if kind == "shooting" else None, diagnose=diagnose, starts=starts, seed=seed)
+    return Physics("steps" if kind == "shooting" else None, diagnosis, starts=starts, seed=seed)
 
 
 class Physics:
@@ -74,15 +87,26 @@ class Physics:
     ----------
     likelihood : Likelihood or None
         None: the online estimate under the default likelihood.
-    diagnose, starts, seed
+    settings : DiagnosisSettings or None
+        None: no diagnosis.
+    starts, seed
         As for `make_learner`.
     """
 
-    def __init__(self, likelihood: Likelihood | None, *, diagnose: bool, starts: int, seed: int) -> None:
+    def __init__(
+        self, likelihood: Likelihood | None, settings: DiagnosisSettings | None, *, starts: int, seed: int
+    ) -> None:
         self._likelihood = likelihood
-        self._diagnose = diagnose
+        self._diagnosis = settings
         self._starts = starts
         self._seed = seed
+
+    def is_due(self, belief: Belief, time: float) -> bool:
+        """Return whether the result of a diagnosis is to be used now."""
+        pending = belief.diagnosis
+        if pending is None or self._diagnosis is None:
+            return False
+        return pending.work.is_finished if self._diagnosis.realtime else time >= pending.due
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
         """Fit the model; diagnose missing effects if one is due."""
@@ -94,112 +118,84 @@ class Physics:
             return None
         named: tuple[str, ...] = ()
         supposed: tuple[str, ...] = ()
-        earliest = max(MIN_DIAGNOSIS_TIME_S, DIAGNOSIS_INTERVAL_FACTOR * belief.diagnosed_at)
-        if self._diagnose and time >= earliest:
-            extended = self._extend_if_misfit(belief, belief.recording(period, rise), time)
-            if extended is not None:
-                model, named, supposed = extended
-                belief.template, belief.online = model.freed(), None
-                estimate = estimate_rows(model)
+        extension = self._extension(belief, period, rise)
+        if extension is not None and extension.model is not None:
+            named, supposed = extension.named, extension.supposed
+            belief.template, belief.online = extension.model.freed(), extension.online
+            belief.online_since = 0.0 if extension.online is None else belief.diagnosed_at
+            model, estimate = extension.model, estimate_rows(extension.model)
+            if belief.online is not None:
+                # There are later observations.
+                with suppress(TrundleError):
+                    model, estimate = self._estimate(belief, period, rise)
         belief.models = (model,)
         return Update(time, model, estimate, named, supposed)
 
     def _estimate(self, belief: Belief, period: float, rise: float) -> tuple[Model, Rows]:
         """Return the model and its estimate, from the online estimate or a fit with the given likelihood."""
         if self._likelihood is not None:
-            found = self._fit(belief, belief.recording(period, rise))
+            found = fit_present_model(self._suspicion(belief, period, rise))
             return found.model, found.summary["parameters"]
         if belief.online is None:
             belief.online = Online(belief.metadata, belief.template, starts=self._starts, seed=self._seed)
-        belief.online.replace(belief.columns(period, rise))
+        columns = belief.columns(period, rise)
+        later = columns["t"] >= belief.online_since
+        belief.online.replace({name: column[later] for name, column in columns.items()})
         model = belief.online.model
         if model is None or belief.online.waiting is not None:
             raise TrundleError(belief.online.waiting or "no estimate: there are no observations")
         return model, belief.online.estimate()
 
-    def _extend_if_misfit(self, belief: Belief, recording: Recording, time: float) -> ExtendedModel | None:
-        """Return a model with additional effects if a fit of the present one predicts badly; else None."""
-        try:
-            found = self._fit(belief, recording)
-        except TrundleError:
+    def _suspicion(self, belief: Belief, period: float, rise: float) -> Suspicion:
+        return Suspicion(
+            recording=belief.recording(period, rise),
+            template=belief.template,
+            model=belief.model,
+            likelihood=self._likelihood,
+            starts=self._starts,
+            seed=self._seed,
+        )
+
+    def _extension(self, belief: Belief, period: float, rise: float) -> Extension | None:
+        """Return the result of a diagnosis that is to be used now; start one that is due."""
+        settings, time = self._diagnosis, period * (len(belief.observations) - 1)
+        if settings is None:
             return None
-        return self._diagnosed(belief, recording, time, found) if has_lack_of_fit(found) else None
+        extension: Extension | None = None
+        if belief.diagnosis is None:
+            if time < max(MIN_DIAGNOSIS_TIME_S, DIAGNOSIS_INTERVAL_FACTOR * belief.diagnosed_at):
+                return None
+            given = self._suspicion(belief, period, rise)
+            if settings.delay == 0.0 and not settings.realtime:
+                extension = find_missing_effects(given, lambda: None)
+            else:
+                belief.diagnosis = self._started(belief, given, time, period, rise)
+                return None
+        elif self.is_due(belief, time):
+            pending, belief.diagnosis = belief.diagnosis, None
+            time, extension = pending.started, pending.work.result()
+        if extension is not None and extension.diagnosed:
+            belief.diagnosed_at = time
+        return extension
 
-    def _fit(self, belief: Belief, recording: Recording) -> Fit:
-        """Fit the paper's model from random starts, an extended model from its present values."""
-        if belief.template is None:
-            return fit(recording, likelihood=self._likelihood, starts=self._starts, seed=self._seed)
-        free = {one["name"] for one in belief.template.parameters if one["value"] is None}
-        start = {one["name"]: one["value"] for one in belief.model.parameters if one["name"] in free}
-        try:
-            return fit(recording, belief.template, likelihood=self._likelihood, start=start, starts=0)
-        except TrundleError:
-            # The latest observations rule out the present values.
-            return fit(
-                recording, belief.template, likelihood=self._likelihood, starts=self._starts, seed=self._seed
-            )
+    def _started(
+        self, belief: Belief, given: Suspicion, time: float, period: float, rise: float
+    ) -> PendingDiagnosis:
+        """Start a diagnosis on a thread of its own. It includes the first estimate with the richer model."""
+        columns, metadata = belief.columns(period, rise), belief.metadata
 
-    def _diagnosed(
-        self, belief: Belief, recording: Recording, time: float, found: Fit
-    ) -> ExtendedModel | None:
-        """Return the model with named or supposed effects; None if no candidate predicts better."""
-        try:
-            outcome = _native._diagnose(
-                recording, None, seed=self._seed, without=EXCLUDED_EFFECTS, progress=None
-            )
-        except TrundleError:
-            # The object has not moved enough yet.
-            return None
-        belief.diagnosed_at = time
-        answer = outcome.answer
-        if answer["verdict"] == "explained":
-            return outcome.model, tuple(one["effect"] for one in answer["missing"]), ()
-        return self._supposed(recording, answer["alternatives"], found)
+        def work(check: Callable[[], None]) -> Extension:
+            found = find_missing_effects(given, check)
+            if found.model is None or self._likelihood is not None:
+                return found
+            check()
+            online = Online(metadata, found.model.freed(), starts=self._starts, seed=self._seed)
+            # A complete push: later updates of the richer model need no search, which would take long.
+            online.update(columns)
+            return replace(found, online=online)
 
-    def _supposed(
-        self, recording: Recording, alternatives: Sequence[Mapping[str, Any]], found: Fit
-    ) -> ExtendedModel | None:
-        """Return the best candidate if it predicts better by `MIN_LACK_OF_FIT_NATS`; else None."""
-        if not alternatives:
-            return None
-        effects = tuple(alternatives[0]["effect"].split(" + "))
-        choices = product(*(kinds_of_effect(effect) for effect in effects))
-        fits = [better for kinds in choices if (better := self._fit_with(kinds, recording)) is not None]
-        best = min(fits, key=lack_of_fit, default=found)
-        is_better = lack_of_fit(best) < lack_of_fit(found) - MIN_LACK_OF_FIT_NATS
-        return (best.model, (), effects) if is_better else None
-
-    def _fit_with(self, kinds: Iterable[str], recording: Recording) -> Fit | None:
-        """Fit the paper's model with additional laws; None if the fit fails."""
-        laws = [{"kind": kind} for kind in ("viscous_wheel", *kinds)]
-        template = Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "effect": laws}))
-        try:
-            return fit(recording, template, likelihood=self._likelihood, starts=self._starts, seed=self._seed)
-        except TrundleError:
-            return None
-
-
-def kinds_of_effect(effect: str) -> list[str]:
-    """Return the kinds of laws that a diagnosis reports as `effect`; friction has several."""
-    return [law["kind"] for law in _native.effects() if law["effect"] == effect]
-
-
-def has_lack_of_fit(found: Fit) -> bool:
-    """Return whether the lack of fit exceeds `MIN_LACK_OF_FIT_NATS`."""
-    return lack_of_fit(found) > MIN_LACK_OF_FIT_NATS
-
-
-def lack_of_fit(found: Fit) -> float:
-    """Return the excess error of poses predicted one second ahead over that of pure noise, nats per pose.
-
-    It is the expected log density of poses with the fitted noise minus the log predictive density.
-    """
-    density = found.summary["training"]["log_predictive_density"]
-    if density is None:
-        return 0.0
-    noise = np.asarray(found.summary["noise"]["pose"])
-    ideal = float(-np.log(noise).sum() - 1.5 * np.log(2 * np.pi * np.e))
-    return ideal - float(density)
+        delay = 0.0 if self._diagnosis is None else self._diagnosis.delay
+        return PendingDiagnosis(Background(work), time, time + delay - period / 2)
 
 
 def estimate_rows(model: Model) -> list[dict[str, Any]]:
@@ -230,6 +226,10 @@ class Regressor:
 
     def __init__(self, *, local: bool) -> None:
         self._local = local
+
+    def is_due(self, belief: Belief, time: float) -> bool:
+        """Return False: fits happen only at updates."""
+        return False
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
         """Fit to all transitions, or to the latest ones."""

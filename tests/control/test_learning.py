@@ -19,7 +19,7 @@ from trundle.belief import about_origin
 from trundle.envs import Observation
 from trundle.experiments.comparison.config import read
 from trundle.experiments.comparison.world import make_world
-from trundle.learners import Physics
+from trundle.missing_effects import Extension, Suspicion, fit_present_model, supposed_extension
 
 FRICTION = {"kind": "coulomb_friction", "x": 0.2, "y": 0.1, "force": 55.0}
 AROUND = "trundle/PushAround-v0"
@@ -97,11 +97,10 @@ def test_an_unnamed_effect_is_used_if_it_predicts_better(
 
 def test_an_unnamed_effect_is_not_used_if_it_predicts_no_better() -> None:
     belief, _ = played(60)
-    recording = belief.recording(0.05, 0.02)
-    physics = Physics(None, diagnose=True, starts=1, seed=0)
-    found = physics._fit(belief, recording)
-    assert physics._supposed(recording, [{"effect": "coulomb_friction"}], found) is None
-    assert physics._supposed(recording, [], found) is None
+    given = Suspicion(belief.recording(0.05, 0.02), None, belief.model, None, starts=1, seed=0)
+    found = fit_present_model(given)
+    for candidates in ([{"effect": "coulomb_friction"}], []):
+        assert supposed_extension(given, candidates, found, lambda: None) == Extension(diagnosed=True)
 
 
 @pytest.mark.parametrize(
@@ -113,13 +112,11 @@ def test_an_unnamed_effect_is_not_used_if_it_predicts_no_better() -> None:
 )
 def test_the_best_law_is_used_for_an_unnamed_effect(law: dict[str, Any], effect: str) -> None:
     belief, _ = played(64, options={"hidden": "locked", "effects": [law]})
-    recording = belief.recording(0.05, 0.02)
-    physics = Physics(None, diagnose=True, starts=2, seed=0)
-    richer = physics._supposed(recording, [{"effect": effect}], physics._fit(belief, recording))
-    assert richer is not None
-    model, named, supposed = richer
-    assert (named, supposed) == ((), (effect,))
-    assert law["kind"] in {one["name"].split(".")[0] for one in model.parameters}
+    given = Suspicion(belief.recording(0.05, 0.02), None, belief.model, None, starts=2, seed=0)
+    richer = supposed_extension(given, [{"effect": effect}], fit_present_model(given), lambda: None)
+    assert richer.model is not None
+    assert (richer.named, richer.supposed) == ((), (effect,))
+    assert law["kind"] in {one["name"].split(".")[0] for one in richer.model.parameters}
 
 
 @pytest.mark.parametrize("learner", ["shooting", "linear"])

@@ -4,6 +4,8 @@ use crate::{ControlError, Dynamics, ObstacleMap, Planner, PlanningTask};
 
 /// Iterations of each plan in a comparison.
 const COMPARISON_ITERATIONS: usize = 4;
+/// Smallest number of plans per iteration.
+const MIN_SAMPLES: usize = 16;
 
 impl Planner {
     /// Cost of the best plan for each grasp, for the state and goal of `task`; the grasp of `task` is ignored. A cost is
@@ -18,7 +20,16 @@ impl Planner {
         obstacle_map: &ObstacleMap,
         grasps: &[[f64; 2]],
     ) -> Result<Vec<f64>, ControlError> {
-        let settings = crate::Settings { iterations: COMPARISON_ITERATIONS, ..self.settings().clone() };
+        let plans = COMPARISON_ITERATIONS * grasps.len().max(1) * models.len().max(1);
+        let full = self.settings().samples;
+        let samples =
+            self.settings().rollouts.map_or(full, |limit| (limit / plans).max(MIN_SAMPLES).min(full));
+        let settings = crate::Settings {
+            iterations: COMPARISON_ITERATIONS,
+            samples,
+            rollouts: None,
+            ..self.settings().clone()
+        };
         let mut costs = Vec::with_capacity(grasps.len());
         for &grasp in grasps {
             let mut planner = Self::new(settings.clone(), self.seed())?;

@@ -7,6 +7,7 @@ mod arm;
 mod cost;
 mod distance_field;
 mod dynamics;
+mod effort;
 mod error;
 mod grasp_comparison;
 mod obstacle_map;

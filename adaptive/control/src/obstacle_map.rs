@@ -60,7 +60,9 @@ impl ObstacleMap {
             let remedy = "too far away for a path around obstacles: must be within 35 m of the object";
             return Err(ControlError::value("goal", goal, remedy));
         }
-        let free = |pose| obstacle_map.clearance(pose, MIN_PATH_CLEARANCE_M) >= MIN_PATH_CLEARANCE_M;
+        let free = |position, heading| {
+            obstacle_map.clearance_at(position, heading, MIN_PATH_CLEARANCE_M) >= MIN_PATH_CLEARANCE_M
+        };
         obstacle_map.distance_field = Some(DistanceField::new(goal, [low, high], turn_cost, free));
         Ok(obstacle_map)
     }
@@ -68,9 +70,16 @@ impl ObstacleMap {
     /// Distance from the object at a pose to the nearest obstacle, negative where they overlap, m; a lower bound where
     /// it is more than `enough`.
     #[inline]
-    pub fn clearance(&self, pose: [f64; 3], enough: f64) -> f64 {
+    pub fn clearance(&self, [x, y, theta]: [f64; 3], enough: f64) -> f64 {
+        self.clearance_at([x, y], theta.sin_cos(), enough)
+    }
+
+    /// [`ObstacleMap::clearance`] for sine and cosine of the heading.
+    #[inline]
+    fn clearance_at(&self, position: [f64; 2], heading: (f64, f64), enough: f64) -> f64 {
         let pairs = self.obstacles.iter().flat_map(|o| self.outlines.iter().map(move |part| (o, part)));
-        pairs.map(|(obstacle, part)| obstacle.distance_from(part, pose, enough)).fold(f64::INFINITY, f64::min)
+        let distances = pairs.map(|(obstacle, part)| obstacle.distance_from(part, position, heading, enough));
+        distances.fold(f64::INFINITY, f64::min)
     }
 
     /// Detour from a pose to the goal due to obstacles, m.

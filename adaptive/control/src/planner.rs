@@ -12,12 +12,10 @@
 
 use rayon::prelude::*;
 
+use crate::effort::Effort;
 use crate::rollout::{RolloutModel, plan_cost, rollout_models};
 use crate::sampling::{draw_plan, weighted_average};
 use crate::{ControlError, Dynamics, ObstacleMap, PlanningTask, Settings};
-
-/// Factor on the spread from one iteration to the next.
-const SPREAD_DECAY: f64 = 0.5;
 
 /// MPPI planner. Each plan starts from the previous one.
 #[derive(Clone, Debug)]
@@ -73,14 +71,16 @@ impl Planner {
         }
         let prepared = rollout_models(&self.settings, models, task);
         let mut scale = 1.0;
-        for _ in 0..self.settings.iterations {
-            self.sample(&prepared, task, obstacle_map, scale);
-            if !self.costs.iter().any(|cost| cost.is_finite()) {
-                return Err(ControlError::Diverged { samples: self.settings.samples });
+        let Effort { iterations, plans, decay } = Effort::of(&self.settings, models.len());
+        for _ in 0..iterations {
+            self.sample(plans, &prepared, task, obstacle_map, scale);
+            let costs = &self.costs[..plans];
+            if !costs.iter().any(|cost| cost.is_finite()) {
+                return Err(ControlError::Diverged { samples: plans });
             }
-            weighted_average(&self.plans, &self.costs, self.settings.temperature, &mut self.mean);
+            weighted_average(&self.plans, costs, self.settings.temperature, &mut self.mean);
             self.round = self.round.wrapping_add(1);
-            scale *= SPREAD_DECAY;
+            scale *= decay;
         }
         Ok(&self.mean)
     }
@@ -142,15 +142,17 @@ impl Planner {
         self.seed
     }
 
-    /// Sample plans and compute their costs. The first plan is the mean itself.
+    /// Sample the first `count` plans and compute their costs. The first plan is the mean itself.
     fn sample<D: Dynamics>(
         &mut self,
+        count: usize,
         prepared: &[RolloutModel<'_, D>],
         task: &PlanningTask,
         obstacle_map: &ObstacleMap,
         scale: f64,
     ) {
         let Self { settings, seed, round, mean, plans, costs } = self;
+        let costs = &mut costs[..count];
         plans.par_chunks_exact_mut(settings.horizon).zip(costs).enumerate().for_each(
             |(number, (plan, cost))| {
                 match number {

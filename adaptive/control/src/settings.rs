@@ -6,6 +6,8 @@ use crate::{ControlError, Cost};
 
 /// Largest number of actions in all plans of an iteration, limited by memory.
 const MAX_ACTIONS: usize = 20_000_000;
+/// Smallest limit on the number of rollouts. Fewer do not improve a plan.
+const MIN_ROLLOUTS: usize = 100;
 /// Largest duration of an action, s.
 const MAX_HOLD_S: f64 = 60.0;
 
@@ -29,6 +31,10 @@ pub struct Settings {
     /// Number of iterations per call.
     #[serde(default = "iterations")]
     pub iterations: usize,
+    /// Largest number of rollouts per call, a rollout being one plan on one model; no limit by default. Above it, calls with
+    /// several models run fewer iterations with fewer plans.
+    #[serde(default)]
+    pub rollouts: Option<usize>,
     /// Standard deviation of the sampled actions in the first iteration, as a fraction of half the range between the bounds.
     #[serde(default = "spread")]
     pub spread: f64,
@@ -79,6 +85,7 @@ impl Settings {
             hold: hold(),
             samples: samples(),
             iterations: iterations(),
+            rollouts: None,
             spread: spread(),
             smoothness: smoothness(),
             temperature: temperature(),
@@ -105,6 +112,9 @@ impl Settings {
             if count == 0 {
                 return Err(ControlError::value(key, count, "must be at least 1"));
             }
+        }
+        if self.rollouts.is_some_and(|rollouts| rollouts < MIN_ROLLOUTS) {
+            return Err(ControlError::value("rollouts", self.rollouts, "must be at least 100"));
         }
         if self.horizon.checked_mul(self.samples).is_none_or(|actions| actions > MAX_ACTIONS) {
             let remedy = "their product must not exceed 20 million actions";

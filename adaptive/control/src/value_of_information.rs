@@ -4,6 +4,8 @@ use crate::{ControlError, Dynamics, ObstacleMap, Planner, PlanningTask, Settings
 
 /// Iterations of each plan. The warm start makes more iterations unnecessary.
 const PLAN_ITERATIONS: usize = 3;
+/// Smallest number of plans per iteration.
+const MIN_SAMPLES: usize = 16;
 
 impl Planner {
     /// Expected value of perfect information, metre-seconds: the mean over the models of the cost of the best common plan
@@ -18,11 +20,17 @@ impl Planner {
         obstacle_map: &ObstacleMap,
     ) -> Result<f64, ControlError> {
         let mut exploiting = self.clone();
-        exploiting.set_settings(Settings {
+        let settings = Settings {
             curiosity: 0.0,
             iterations: PLAN_ITERATIONS,
+            rollouts: None,
             ..self.settings().clone()
+        };
+        // The common plan and each model's own one have the same samples, within half the limit each.
+        let samples = self.settings().rollouts.map_or(settings.samples, |rollouts| {
+            (rollouts / (2 * PLAN_ITERATIONS * models.len().max(1))).max(MIN_SAMPLES).min(settings.samples)
         });
+        exploiting.set_settings(Settings { samples, ..settings });
         let mut common = exploiting.clone();
         common.plan(models, task, obstacle_map)?;
         let mut saved = 0.0;
@@ -71,6 +79,16 @@ mod tests {
     fn regret_is_positive_for_different_models_and_zero_for_equal_ones() {
         let planner = planner(0.0);
         let regret = |models: &[Plant<f64>]| planner.regret(models, &task(), &ObstacleMap::empty()).unwrap();
+        let (left, right) = (table(0.5, 0.3), table(0.5, -0.3));
+        assert!(regret(&[left.clone(), right]) > 0.02);
+        assert!(regret(&[left.clone(), left]) < 1e-3);
+    }
+
+    #[test]
+    fn a_limit_on_rollouts_keeps_the_regret_of_different_models() {
+        let settings = Settings { rollouts: Some(600), ..planner(0.0).settings().clone() };
+        let limited = Planner::new(settings, 0).unwrap();
+        let regret = |models: &[Plant<f64>]| limited.regret(models, &task(), &ObstacleMap::empty()).unwrap();
         let (left, right) = (table(0.5, 0.3), table(0.5, -0.3));
         assert!(regret(&[left.clone(), right]) > 0.02);
         assert!(regret(&[left.clone(), left]) < 1e-3);

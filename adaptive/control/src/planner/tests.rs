@@ -27,13 +27,13 @@ fn task() -> PlanningTask {
     }
 }
 
-/// Control the plant for `seconds`, replanning every 50 ms.
-fn driven(seconds: f64) -> State<f64> {
+/// Control the plant for `seconds`, replanning every 50 ms for `models`.
+fn driven(seconds: f64, models: &[Plant<f64>], settings: Settings) -> State<f64> {
     let plant = table(150.0);
-    let mut planner = Planner::new(settings(), 0).unwrap();
+    let mut planner = Planner::new(settings, 0).unwrap();
     let mut task = task();
     for _ in 0..(seconds / 0.05) as usize {
-        let action = planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap()[0];
+        let action = planner.plan(models, &task, &ObstacleMap::empty()).unwrap()[0];
         let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
         task.state = plant.step(&task.state, applied, Clock::since_contact(0.0), 0.05);
         planner.advance(0.05).unwrap();
@@ -43,7 +43,16 @@ fn driven(seconds: f64) -> State<f64> {
 
 #[test]
 fn replanning_brings_a_table_to_rest_at_its_goal() {
-    let State { pose, twist, .. } = driven(5.0);
+    at_rest_at_goal(driven(5.0, &[table(150.0)], settings()));
+}
+
+#[test]
+fn a_limit_on_rollouts_leaves_good_plans_for_several_models() {
+    let models = [100.0, 150.0, 180.0].map(table);
+    at_rest_at_goal(driven(5.0, &models, Settings { rollouts: Some(900), ..settings() }));
+}
+
+fn at_rest_at_goal(State { pose, twist, .. }: State<f64>) {
     let [x, y, theta] = task().goal;
     assert!((pose[0] - x).hypot(pose[1] - y) < 0.02, "{pose:?}");
     assert!((pose[2] - theta).abs() < 0.04, "{pose:?}");
@@ -229,6 +238,7 @@ fn advancing_by_half_an_action_interpolates() {
 #[test]
 fn invalid_settings_are_errors() {
     let refused = |settings| Planner::new(settings, 0).unwrap_err().to_string();
+    assert!(refused(Settings { rollouts: Some(0), ..settings() }).starts_with("rollouts"));
     assert!(refused(Settings { horizon: 0, ..settings() }).starts_with("horizon = 0: must be at least 1"));
     assert!(refused(Settings { lower: [200.0; 3], ..settings() }).contains("below its upper bound"));
     assert!(refused(Settings { hold: f64::NAN, ..settings() }).starts_with("hold = NaN"));

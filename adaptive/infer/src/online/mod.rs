@@ -46,6 +46,9 @@ const MAX_EVIDENCE_LOSS_NATS: f64 = 12.0;
 /// Maximum number of steps from the end of a short search to the mode of the first push.
 const MAX_FIRST_STEPS: usize = 20;
 
+/// The same for later searches during the first push. It bounds the cost of an update; the next ones continue.
+const MAX_LATER_STEPS: usize = 2;
+
 /// An estimate updated with every push.
 pub struct Online {
     model: Model,
@@ -146,8 +149,9 @@ impl Online {
             FitOptions { starts: self.options.starts, seed: self.options.seed, ..FitOptions::default() };
         let continuation = continuation(push, &self.model, &options)?;
         let (points, _) = search_starts(&continuation, &[], &options, &Quiet)?;
+        let steps = if modes.is_empty() { MAX_FIRST_STEPS } else { MAX_LATER_STEPS };
         modes.extend(points.into_iter().take(MAX_MODES).map(mode));
-        Ok((modes, MAX_FIRST_STEPS))
+        Ok((modes, steps))
     }
 
     /// Linearises one earlier push again at each mode, in rotation.
