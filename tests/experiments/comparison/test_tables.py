@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -92,6 +93,18 @@ def test_the_first_sentence_states_success_and_regret() -> None:
     )
     assert "loses 83 % [" in headlines(SETTINGS, RESULTS)
     assert headlines(SETTINGS, RESULTS).endswith("; Oracle 100.0 %.")
+
+
+def test_the_first_line_names_the_policies_that_are_ahead() -> None:
+    agents = {**SETTINGS.agents, "policy": Agent("PPO", "policy", files=["a.npz"])}
+    settings = replace(SETTINGS, agents=agents)
+    assert "ahead" not in headlines(settings, RESULTS)
+    behind = {"w": {**RESULTS["w"], "policy": [row(k, -9.0) for k in range(3)]}}
+    first = headlines(settings, behind).splitlines()[0]
+    assert first == "- **Trained policies that are ahead of Mine**: none in any group."
+    cheaper = {"w": {**RESULTS["w"], "policy": [row(k, -0.1) for k in range(3)]}}
+    first = headlines(settings, cheaper).splitlines()[0]
+    assert first.startswith("- **Trained policies that are ahead of Mine**: PPO in `w` (success +33.3 [")
 
 
 def test_a_fixed_agent_has_no_success_by_number_of_fits() -> None:

@@ -11,9 +11,10 @@ from trundle.experiments import figure_style
 from trundle.experiments.comparison import figures, page, tables
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.comparison.results import Curves, Results, read_costs, read_curves, read_results
-from trundle.experiments.comparison.scores import regret, untouched_success
+from trundle.experiments.comparison.scores import is_untouched_success, regret, scores, untouched_success
 from trundle.experiments.markdown import prose
 from trundle.experiments.results import Row
+from trundle.experiments.statistics import difference
 from trundle.recording import TrundleError
 
 __all__ = ["headlines", "write_document"]
@@ -83,8 +84,28 @@ def render_part(part: str, table: str, /, **values: str) -> str:
 
 
 def headlines(settings: Settings, results: Results) -> str:
-    """Return a sentence for each group of worlds that compares the main agent with the others."""
-    return "\n".join(headline(settings, name, group) for name, group in results.items())
+    """Return where trained policies are ahead, and a sentence for each group of worlds."""
+    groups = [headline(settings, name, group) for name, group in results.items()]
+    return "\n".join([*policies_ahead(settings, results), *groups])
+
+
+def policies_ahead(settings: Settings, results: Results) -> list[str]:
+    """Return the groups in which a policy surely succeeds more often or costs less than the main agent."""
+    compared, ahead = False, []
+    for name, group in results.items():
+        for agent, rows in group.items():
+            if settings.agents[agent].kind != "policy" or settings.main not in group:
+                continue
+            compared, mine = True, group[settings.main]
+            gain = difference(*(scores(one, is_untouched_success) for one in (rows, mine)))
+            cost = regret(rows, mine)
+            if gain.low > 0.0 or cost.high < 0.0:
+                figures = f"success {gain.text('+.1f', 100.0)} points, cost {tables.percent(cost, '+.0f')}"
+                ahead.append(f"{settings.agents[agent].title} in `{name}` ({figures})")
+    if not compared:
+        return []
+    title = settings.agents[settings.main].title
+    return [f"- **Trained policies that are ahead of {title}**: {'; '.join(ahead) or 'none in any group'}."]
 
 
 def headline(settings: Settings, name: str, group: Group) -> str:
