@@ -191,7 +191,7 @@ class AdaptiveAgent(Displayed):
     def _update(self, belief: Belief | None, observation: Observation, starts_episode: bool) -> Belief:
         """Return the belief after one more observation."""
         if belief is not None and starts_episode:
-            pass
+            belief.end()
         if belief is None or starts_episode:
             return self._first_belief(observation)
         belief.observe(observation)

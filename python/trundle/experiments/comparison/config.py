@@ -155,6 +155,8 @@ class Settings:
     pairs : list of (str, str)
         Pairs of agents that differ in one component. The first one has it.
     targets : list of Target
+    training : str
+        Folder of `trundle train` with the curves of the policies; by default the folder of the results.
     """
 
     name: Annotated[str, pattern(r"[\w-]+", "a name of letters, digits, _ or -")]
@@ -165,6 +167,7 @@ class Settings:
     push: Positive = 0.5
     pairs: list[tuple[str, str]] = field(default_factory=list)
     targets: list[Target] = field(default_factory=list)
+    training: str = ""
 
     def __post_init__(self) -> None:
         check_names("main: unknown agent", [self.main], self.agents)

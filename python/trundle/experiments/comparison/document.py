@@ -11,7 +11,13 @@ from trundle.experiments import figure_style
 from trundle.experiments.comparison import figures, page, tables
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.comparison.results import Curves, Results, read_costs, read_curves, read_results
-from trundle.experiments.comparison.scores import is_untouched_success, regret, scores, untouched_success
+from trundle.experiments.comparison.scores import (
+    is_untouched_success,
+    regret,
+    scores,
+    time_to_success,
+    untouched_success,
+)
 from trundle.experiments.markdown import prose
 from trundle.experiments.results import Row
 from trundle.experiments.statistics import difference
@@ -39,7 +45,7 @@ def write_document(out: Path, settings: Settings, config: Path) -> str:
     results = read_results(folder / "results.jsonl", settings)
     if not results:
         raise TrundleError(f"{folder / 'results.jsonl'}: no results of these worlds: run without --redraw")
-    curves = read_curves(folder / "curves")
+    curves = read_curves(Path(settings.training or folder) / "curves")
     drawn = {
         "successes": figures.successes(settings, results),
         "profiles": figures.profiles(settings, results),
@@ -90,7 +96,7 @@ def headlines(settings: Settings, results: Results) -> str:
 
 
 def policies_ahead(settings: Settings, results: Results) -> list[str]:
-    """Return the groups in which a policy surely succeeds more often or costs less than the main agent."""
+    """Return the groups in which a policy surely succeeds more often, costs less or is faster."""
     compared, ahead = False, []
     for name, group in results.items():
         for agent, rows in group.items():
@@ -98,10 +104,11 @@ def policies_ahead(settings: Settings, results: Results) -> list[str]:
                 continue
             compared, mine = True, group[settings.main]
             gain = difference(*(scores(one, is_untouched_success) for one in (rows, mine)))
-            cost = regret(rows, mine)
-            if gain.low > 0.0 or cost.high < 0.0:
-                figures = f"success {gain.text('+.1f', 100.0)} points, cost {tables.percent(cost, '+.0f')}"
-                ahead.append(f"{settings.agents[agent].title} in `{name}` ({figures})")
+            excess = {"cost": regret(rows, mine), "time": regret(rows, mine, time_to_success)}
+            if gain.low > 0.0 or any(one.high < 0.0 for one in excess.values()):
+                figures = [f"{key} {tables.percent(one, '+.0f')}" for key, one in excess.items()]
+                words = ", ".join([f"success {gain.text('+.1f', 100.0)} points", *figures])
+                ahead.append(f"{settings.agents[agent].title} in `{name}` ({words})")
     if not compared:
         return []
     title = settings.agents[settings.main].title
