@@ -62,7 +62,7 @@ def test_braking_removes_energy() -> None:
 def lost_within(seconds: float) -> bool:
     """Return whether an adaptive agent loses a light object with a load at one corner."""
     settings = read(COMPARE)
-    env, observation = make_world(settings.worlds["load"], 3115, {})
+    env, observation = make_world(settings.worlds["load"], 3135, {})
     agent = make_player(settings.agents["adaptive"], 0, env)
     for step in range(round(seconds / 0.05)):
         action, _ = agent.predict(observation, episode_start=step == 0)
