@@ -7,6 +7,7 @@ from PIL import Image
 
 import trundle
 from trundle.cli import main
+from trundle.envs.ids import flat_id, flat_ids
 
 
 def test_episodes_are_printed_drawn_and_saved(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -27,6 +28,19 @@ def test_the_same_seed_plays_the_same_episode(capsys: pytest.CaptureFixture[str]
         return capsys.readouterr().out
 
     assert played(1) == played(1) != played(2)
+
+
+@pytest.mark.parametrize("task", ["PushDoorHard", "PushDoor-v1", "PushDoorEasy-v1"])
+def test_levels_and_versions_are_played(task: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(f"play {task} --set horizon=5".split()) == 0
+    assert "episode 0: time up after 0.2 s" in capsys.readouterr().out
+
+
+def test_names_without_a_version_are_the_first_one() -> None:
+    assert flat_id("PushDoor") == "trundle/PushDoor-v0"
+    assert flat_id("PushDoorHard") == flat_id("PushDoorHard-v1") == "trundle/PushDoorHard-v1"
+    assert [flat_id(name) for name in ("PushDoorGoal", "PushDoor-v9", "LockedWheelHard")] == [None] * 3
+    assert len(flat_ids()) == 2 * 5 + 3 * 4
 
 
 def test_the_adaptive_agent_is_better_than_random(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,6 +13,7 @@ import trundle
 from trundle.cli import main
 from trundle.envs import Observation
 from trundle.experiments.training import policy
+from trundle.experiments.training.card import model_card
 from trundle.experiments.training.config import read
 from trundle.experiments.training.frames import to_object_frame
 from trundle.experiments.training.network import Network
@@ -75,6 +76,17 @@ def test_compared_policies_have_the_same_task(level: str) -> None:
         ("gamma = 1", "env_kwargs = {horizon = 0}", "horizon is not 0: an episode must end"),
         ("gamma = 1", "evaluation = {first = 999_950}", "first = 999950: give 0 to 999900"),
         ("n_timesteps = 1000", "", "`n_timesteps` is missing"),
+        (
+            "gamma = 1",
+            "aids = {touch_ramp = [0.5, 0.2]}",
+            "touch_ramp = [0.5, 0.2]: give two shares in order",
+        ),
+        (
+            "gamma = 1",
+            "aids = {touch_ramp = [0.2, 0.5]}",
+            "touch_ramp: trundle/PushAround-v0 does not report",
+        ),
+        ('"PPO"', '"RMA"\nteacher = "a.npz"', "RMA needs privileged = true"),
         ('"lin_0.001"', '"cos_0.001"', "`learning_rate` = 'cos_0.001'; it is a number or \"lin_0.001\""),
         ('"PPO"', '"TD3"', "algorithm = 'TD3': choose PPO, RecurrentPPO, RMA, SAC, TQC"),
         ("PushAround-v0", "PushSofa-v0", "such as trundle/PushAroundHard-v1"),
@@ -91,6 +103,27 @@ def test_invalid_settings_are_named(
     complaint = capsys.readouterr().err
     assert str(file) in complaint and words in complaint
     assert list(tmp_path.iterdir()) == [file]
+
+
+def test_an_unknown_device_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("sb3_contrib", reason="sb3-contrib is not installed")
+    file = tmp_path / "good.toml"
+    file.write_text(GOOD)
+    assert main(["train", str(file), "--out", str(tmp_path / "out"), "--device", "gpu"]) == 2
+    assert "--device gpu: give cpu, cuda or auto" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_card_states_what_a_policy_sees_and_whether_it_converged(tmp_path: Path) -> None:
+    file = tmp_path / "good.toml"
+    file.write_text(GOOD)
+    about = invented(frame_stack=4, hidden=10, squashed=True).about
+    last = {"success": 0.9, "untouched": 0.625, "lost": 0.0}
+    result = {"curve": [last], "parameters": 1234, "simulated_seconds": 7200.0, "flattened": False}
+    card = model_card(read(file), about, result)
+    assert "the last 4 observations with 10 hidden parameters" in card
+    assert "hyperbolic tangent" in card and "no: the curve still improved" in card
+    assert "reached the goal in 90.0 %, without\ntouching an obstacle in 62.5 %" in card
 
 
 def test_a_missing_extra_is_named(

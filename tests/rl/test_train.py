@@ -209,8 +209,8 @@ def test_rapid_motor_adaptation_acts_on_its_estimates(tmp_path: Path) -> None:
     zeros = torch.zeros(1, 4, 5)
     with torch.no_grad():
         estimate, _ = learner.policy(seen, torch.ones(4), (zeros, zeros))
-    told = estimate.numpy() * teacher.deviation[-10:] + teacher.mean[-10:]
-    expected, _ = teacher.predict(np.concatenate([bare, told], axis=1))
+    estimated = estimate.numpy() * teacher.deviation[-10:] + teacher.mean[-10:]
+    expected, _ = teacher.predict(np.concatenate([bare, estimated], axis=1))
     assert np.allclose(acting.predict(bare)[0], expected, atol=1e-5)
 
 

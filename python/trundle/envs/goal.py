@@ -102,7 +102,7 @@ class PushGoal(Push):
     ## Version History
     - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
       actions are clipped; `max_episode_steps` and levels
-    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
+    - v0: initial version. Policies trained in v0, such as `configs/rl/ppo.toml`'s, remain valid in v0 only
 
     ## Example
     ```pycon

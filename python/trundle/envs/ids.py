@@ -18,12 +18,12 @@ ID = re.compile(rf"trundle/(?P<task>{'|'.join(task.__name__ for task in FLAT)})(
 
 def flat_ids() -> list[str]:
     """Return the registered ids, of all versions and levels."""
-    return sorted(id for id in registry if ID.fullmatch(id))
+    return sorted(env_id for env_id in registry if ID.fullmatch(env_id))
 
 
-def task_of(id: str) -> type[Push] | None:
+def task_of(env_id: str) -> type[Push] | None:
     """Return the task of a registered id; None for others."""
-    found = ID.fullmatch(id) if id in registry else None
+    found = ID.fullmatch(env_id) if env_id in registry else None
     return found and next(task for task in FLAT if task.__name__ == found["task"])
 
 

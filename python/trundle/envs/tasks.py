@@ -28,7 +28,7 @@ class PushPose(Push):
     ## Version History
     - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
       actions are clipped; `max_episode_steps` and levels
-    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
+    - v0: initial version. Policies trained in v0, such as `configs/rl/ppo.toml`'s, remain valid in v0 only
 
     ## Example
     ```pycon
@@ -56,7 +56,7 @@ class LockedWheel(PushPose):
     ## Version History
     - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
       actions are clipped; `max_episode_steps` and levels
-    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
+    - v0: initial version. Policies trained in v0, such as `configs/rl/ppo.toml`'s, remain valid in v0 only
 
     ## Example
     ```pycon
@@ -92,7 +92,7 @@ class PushPath(Push):
     ## Version History
     - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
       actions are clipped; `max_episode_steps` and levels
-    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
+    - v0: initial version. Policies trained in v0, such as `configs/rl/ppo.toml`'s, remain valid in v0 only
 
     ## Example
     ```pycon
@@ -127,7 +127,7 @@ class PushAround(Push):
     ## Version History
     - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
       actions are clipped; `max_episode_steps` and levels
-    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
+    - v0: initial version. Policies trained in v0, such as `configs/rl/ppo.toml`'s, remain valid in v0 only
 
     ## Example
     ```pycon
@@ -170,7 +170,7 @@ class PushDoor(Push):
     ## Version History
     - v1: observations hold the middle of the bounding box; costs of time, effort and seconds of contact;
       actions are clipped; `max_episode_steps` and levels
-    - v0: initial version. Policies trained in v0, such as the committed ones, remain valid in v0 only
+    - v0: initial version. Policies trained in v0, such as `configs/rl/ppo.toml`'s, remain valid in v0 only
 
     ## Example
     ```pycon

@@ -1,12 +1,19 @@
 """Records of an episode."""
 
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
+import gymnasium
+import numpy as np
 import pytest
 
+import trundle
 from trundle.experiments.comparison.config import Agent, Worlds
-from trundle.experiments.comparison.episode import learning_summary, play
+from trundle.experiments.comparison.episode import begin, learning_summary, play
 from trundle.experiments.runs.episode import count_onsets
+from trundle.experiments.training.network import Network
+from trundle.experiments.training.policy import About, Policy
 
 
 @pytest.mark.parametrize(
@@ -30,6 +37,27 @@ def test_learnt_effects_are_listed_once_in_order() -> None:
         "named": ["tether", "com_offset"],
     }
     assert learning_summary(SimpleNamespace()) == {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
+
+
+def test_a_privileged_policy_sees_hidden_parameters_and_episodes_of_version_1_end(tmp_path: Path) -> None:
+    entries = trundle.envs.Oracle(gymnasium.make("trundle/PushPose-v1")).observation_space.shape[0]
+    weight = np.zeros((3, entries), dtype=np.float32)
+    weight[2, entries - len(trundle.envs.Oracle.NAMES)] = 1e-3  # the mass
+    described: dict[str, Any] = {
+        **{"config": "c", "digest": "0", "algorithm": "PPO", "seed": 1, "steps": 0, "entries": entries},
+        **{"env": "trundle/PushPose-v1", "env_kwargs": {}, "frame": "world", "frame_stack": 1},
+        **{"activation": "tanh", "squashed": False, "clip_obs": 1e6, "hidden": 10},
+    }
+    network = Network([(weight, np.zeros(3, dtype=np.float32))], "tanh")
+    Policy(About(**described), np.zeros(entries), np.ones(entries), network).save(tmp_path / "one.npz")
+    worlds = Worlds("W", "trundle/PushPose-v1", 0, 1, [])
+    agent = Agent("Knows", "policy", files=[str(tmp_path / "one.npz")])
+    env, observation, player = begin(worlds, agent, 0, 3)
+    mass = env.unwrapped.hidden_values()[0]  # type: ignore[attr-defined]
+    assert player.predict(observation)[0] == pytest.approx([0.0, 0.0, 1e-3 * mass], rel=1e-5)
+    row, _ = play(worlds, agent, 0, 3)
+    assert row["limit"] == pytest.approx(15.0)
+    assert row["contact"] == 0.0 and row["touches"] == 0
 
 
 def test_only_the_oracle_knows_the_hidden_model() -> None:

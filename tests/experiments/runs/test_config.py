@@ -29,6 +29,11 @@ def test_the_supplied_files_are_valid(name: str) -> None:
     assert settings.arguments["hidden"] == "locked"
 
 
+def test_versions_and_levels_are_valid(tmp_path: Path) -> None:
+    settings = read(written(tmp_path, LEAST.replace("PushAround-v0", "PushAroundHard-v1")))
+    assert settings.environment == "trundle/PushAroundHard-v1"
+
+
 def test_the_path_of_a_model_is_relative_to_the_file(tmp_path: Path) -> None:
     body = "footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4]]\nmass = {}\n"
     model = tmp_path / "first.toml"

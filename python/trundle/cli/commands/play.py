@@ -75,7 +75,7 @@ def _make_environment(args: argparse.Namespace, agent: str | Policy) -> gymnasiu
 
     name = flat_id(args.task)
     if name is None:
-        known = ", ".join(id.removeprefix("trundle/") for id in flat_ids())
+        known = ", ".join(one.removeprefix("trundle/") for one in flat_ids())
         raise trundle.TrundleError(f"TASK = {args.task}: choose one of {known}")
     mode = "human" if args.human else "rgb_array" if args.gif else None
     trained = {} if isinstance(agent, str) else agent.about.env_kwargs

@@ -25,13 +25,13 @@ def model_card(settings: Settings, about: About, result: Row) -> str:
     worlds = settings.evaluation
     success, untouched, lost = (f"{100 * last[key]:.1f} %" for key in ("success", "untouched", "lost"))
     sees = "the observations of the environment"
-    sees += f" and {about.hidden} hidden parameters" if about.hidden else ""
-    sees += f", the last {about.frame_stack} of them" if about.frame_stack > 1 else ""
+    sees = f"the last {about.frame_stack} observations" if about.frame_stack > 1 else sees
+    sees += f" with {about.hidden} hidden parameters" if about.hidden else ""
     facts = [
         ("algorithm", about.algorithm),
         ("environment", f"`{about.env}` with `{about.env_kwargs}`"),
         ("input", f"{sees}, in the frame of the {about.frame}"),
-        ("output", "the mean action, clipped to the action space"),
+        ("output", f"the mean action, {'as a hyperbolic tangent' if about.squashed else 'clipped'}"),
         ("parameters", f"{result['parameters']:,}"),
         ("steps, simulated time", f"{about.steps:,}, {result['simulated_seconds'] / 3600:.0f} h"),
         ("reward shaping", f"`{settings.aids}`" if settings.algorithm != "RMA" else "none"),

@@ -63,7 +63,7 @@ class RewardShaping:
         Cost per second and radian of heading error. Without it some trainings turn in the wrong direction.
     touch_ramp : (float, float), optional
         Shares of the training between which the cost of contact rises from zero to that of the environment,
-        so that the task is learnt first. For version 1.
+        so that the task is learnt first. For environments of version 1.
     """
 
     success_bonus: float = 0.0
@@ -171,6 +171,12 @@ class Settings:
     batch_size: Count | None = None
     gamma: Share | None = None
 
+    def __post_init__(self) -> None:
+        if self.aids.touch_ramp is not None and self.env.endswith("-v0"):
+            raise SettingsError(
+                f"aids.touch_ramp: {self.env} does not report contact times; choose version 1"
+            )
+
     @property
     def hyperparameters(self) -> dict[str, Any]:
         """Arguments of the algorithm that are given."""
@@ -268,6 +274,7 @@ class RMA(Settings):
     units: Count = 64
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.privileged or self.normalize or self.frame_stack > 1:
             raise SettingsError(
                 "RMA needs privileged = true, normalize = false and no frame_stack: the teacher normalises"

@@ -12,6 +12,7 @@ from pathlib import Path
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+from stable_baselines3.common.utils import get_device
 
 from trundle._native import TrundleError
 from trundle.atomic import read_json, write_text
@@ -129,7 +130,17 @@ class Training:
 
 
 def train_one(config: Path, seed: int, out: Path, quiet: bool, device: str) -> str:
-    """Train one seed of a configuration, and return its result as a sentence."""
+    """Train one seed of a configuration, and return its result as a sentence.
+
+    Raises
+    ------
+    TrundleError
+        If PyTorch has no such device, or the settings are invalid.
+    """
+    try:
+        get_device(device)
+    except RuntimeError:
+        raise TrundleError(f"--device {device}: give cpu, cuda or auto") from None
     training = Training(read(config), seed, out, device)
     with Progress("training", quiet=quiet) as progress:
         result = training.run(progress.show)

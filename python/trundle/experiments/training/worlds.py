@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env import (
     VecNormalize,
 )
 
-from trundle._native import TrundleError
+from trundle._native import Pushing, TrundleError
 from trundle.envs.oracle import Oracle, VectorOracle
 from trundle.envs.sb3 import SB3VecEnv
 from trundle.experiments.training.config import Settings
@@ -29,8 +29,6 @@ ENV_LOSS_COST, ENV_HEADING_WEIGHT_M = 100.0, 0.3
 """Weights in the environments' reward: cost of a lost object, and of a radian of heading error (m)."""
 NEAR_GOAL_M = 0.2
 """Scale of the error for `miss_cost`."""
-ENV_TOUCH_COST = 10.0
-"""Default cost of a second of contact in version 1."""
 SHAPED_KEYS = ("n_steps", "contact")
 MONITOR_KEYS = ("episode_returns", "episode_lengths", "episode_count")
 NORMALIZE_KEYS = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
@@ -66,7 +64,8 @@ class ShapedRewardWrapper(VecEnvWrapper):  # type: ignore[misc]
     def __init__(self, venv: VecEnv, settings: Settings, period: float) -> None:
         super().__init__(venv)
         self._aids, self._period, self._n_timesteps = settings.aids, period, settings.n_timesteps
-        self._touch_cost = float(settings.env_kwargs.get("touch_cost", ENV_TOUCH_COST))
+        _, _, default = Pushing.default_costs(1)
+        self._touch_cost = float(settings.env_kwargs.get("touch_cost", default))
         self.n_steps, self.contact = 0, np.zeros(venv.num_envs)
 
     def reset(self) -> Any:
