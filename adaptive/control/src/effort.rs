@@ -31,10 +31,23 @@ impl Effort {
         }
         let fewer = (iterations as f64 / excess.sqrt()).round() as usize;
         let fewer = fewer.max(MIN_ITERATIONS.min(iterations));
-        let plans = (settings.rollouts.unwrap_or(usize::MAX) / (fewer * models)).max(MIN_PLANS).min(samples);
+        let plans = plans_within(settings, fewer * models);
         let decays = |iterations: usize| iterations.saturating_sub(1).max(1) as f64;
         Self { iterations: fewer, plans, decay: SPREAD_DECAY.powf(decays(iterations) / decays(fewer)) }
     }
+}
+
+/// Settings with another number of iterations, for several calls that take `rollouts` rollouts per plan together. The limit
+/// of the settings applies to the sum of the calls.
+pub(crate) fn shared_settings(settings: &Settings, iterations: usize, rollouts: usize) -> Settings {
+    let samples = plans_within(settings, iterations * rollouts);
+    Settings { iterations, samples, rollouts: None, ..settings.clone() }
+}
+
+/// Number of plans per iteration within the limit of the settings, if each takes `rollouts` rollouts in all.
+fn plans_within(settings: &Settings, rollouts: usize) -> usize {
+    let samples = settings.samples;
+    settings.rollouts.map_or(samples, |limit| (limit / rollouts.max(1)).max(MIN_PLANS).min(samples))
 }
 
 #[cfg(test)]

@@ -1,11 +1,10 @@
 //! Comparison of grasps by the cost of their best plans.
 
+use crate::effort::shared_settings;
 use crate::{ControlError, Dynamics, ObstacleMap, Planner, PlanningTask};
 
 /// Iterations of each plan in a comparison.
 const COMPARISON_ITERATIONS: usize = 4;
-/// Smallest number of plans per iteration.
-const MIN_SAMPLES: usize = 16;
 
 impl Planner {
     /// Cost of the best plan for each grasp, for the state and goal of `task`; the grasp of `task` is ignored. A cost is
@@ -20,16 +19,8 @@ impl Planner {
         obstacle_map: &ObstacleMap,
         grasps: &[[f64; 2]],
     ) -> Result<Vec<f64>, ControlError> {
-        let plans = COMPARISON_ITERATIONS * grasps.len().max(1) * models.len().max(1);
-        let full = self.settings().samples;
-        let samples =
-            self.settings().rollouts.map_or(full, |limit| (limit / plans).max(MIN_SAMPLES).min(full));
-        let settings = crate::Settings {
-            iterations: COMPARISON_ITERATIONS,
-            samples,
-            rollouts: None,
-            ..self.settings().clone()
-        };
+        let rollouts = grasps.len() * models.len();
+        let settings = shared_settings(self.settings(), COMPARISON_ITERATIONS, rollouts);
         let mut costs = Vec::with_capacity(grasps.len());
         for &grasp in grasps {
             let mut planner = Self::new(settings.clone(), self.seed())?;

@@ -1,11 +1,10 @@
 //! Value of information: the expected gain from knowing which of several models is true.
 
+use crate::effort::shared_settings;
 use crate::{ControlError, Dynamics, ObstacleMap, Planner, PlanningTask, Settings};
 
 /// Iterations of each plan. The warm start makes more iterations unnecessary.
 const PLAN_ITERATIONS: usize = 3;
-/// Smallest number of plans per iteration.
-const MIN_SAMPLES: usize = 16;
 
 impl Planner {
     /// Expected value of perfect information, metre-seconds: the mean over the models of the cost of the best common plan
@@ -20,17 +19,9 @@ impl Planner {
         obstacle_map: &ObstacleMap,
     ) -> Result<f64, ControlError> {
         let mut exploiting = self.clone();
-        let settings = Settings {
-            curiosity: 0.0,
-            iterations: PLAN_ITERATIONS,
-            rollouts: None,
-            ..self.settings().clone()
-        };
         // The common plan and each model's own one have the same samples, within half the limit each.
-        let samples = self.settings().rollouts.map_or(settings.samples, |rollouts| {
-            (rollouts / (2 * PLAN_ITERATIONS * models.len().max(1))).max(MIN_SAMPLES).min(settings.samples)
-        });
-        exploiting.set_settings(Settings { samples, ..settings });
+        let settings = shared_settings(self.settings(), PLAN_ITERATIONS, 2 * models.len());
+        exploiting.set_settings(Settings { curiosity: 0.0, ..settings });
         let mut common = exploiting.clone();
         common.plan(models, task, obstacle_map)?;
         let mut saved = 0.0;
