@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -84,6 +85,18 @@ def test_a_distant_estimate_does_not_count_as_found() -> None:
     kept["truth"]["effect"][0] = {**kept["truth"]["effect"][0], "x": -0.5}
     text = header(parse_history(kept))
     assert "The wheel was estimated at" in text and "still" in text and "was found" not in text
+
+
+def test_a_wheel_that_is_not_identifiable_has_no_position() -> None:
+    found = episode()
+    last = replace(found.updates[-1], wheel_covariance=np.diag([np.inf, np.inf]))
+    lost = replace(found, updates=(*found.updates[:-1], last))
+    text = header(lost)
+    assert "The pushes did not show where the wheel is; its true position is (" in text
+    assert "?" not in text and "still off" not in text
+    assert "wheel not located" in sentences.belief_line(last)
+    half = replace(last, wheel_covariance=np.diag([np.inf, 1e-4]))
+    assert "wheel at (?, " in sentences.belief_line(half)
 
 
 def test_a_regression_has_no_wheel() -> None:

@@ -97,6 +97,11 @@ class Update:
         """The standard deviation (2,) of the wheel's position, m."""
         return None if self.wheel_covariance is None else np.sqrt(np.diag(self.wheel_covariance))
 
+    @property
+    def has_located_wheel(self) -> bool:
+        """Whether a coordinate of the wheel's position is identifiable."""
+        return self.wheel_sd is None or bool(np.isfinite(self.wheel_sd).any())
+
 
 @dataclass(frozen=True)
 class Episode:

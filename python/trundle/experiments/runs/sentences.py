@@ -52,11 +52,15 @@ def wheel_sentence(episode: Episode) -> str:
         model = "The model has no wheel."
         return model if last.estimates else "It learnt a regression model, which has no wheel."
     error = episode.wheel_error(last)
+    true = (
+        ""
+        if episode.wheel is None
+        else f"; its true position is {format_point(episode.wheel.at, np.zeros(2))}"
+    )
+    if not last.has_located_wheel:
+        return f"The pushes did not show where the wheel is{true}."
     verb = "found" if error is None or error <= FOUND_DISTANCE_M else "estimated"
-    text = f"The wheel was {verb} at {format_point(last.wheel.at, last.wheel_sd)}"
-    if episode.wheel is None:
-        return f"{text}."
-    return f"{text}; its true position is {format_point(episode.wheel.at, np.zeros(2))}."
+    return f"The wheel was {verb} at {format_point(last.wheel.at, last.wheel_sd)}{true}."
 
 
 def convergence_sentence(episode: Episode) -> str:
@@ -69,7 +73,7 @@ def convergence_sentence(episode: Episode) -> str:
     wrong = [index for index, error in enumerate(errors, 1) if error is None or error > FOUND_DISTANCE_M]
     since = max(wrong, default=0)
     if since == count:
-        last = errors[-1]
+        last = errors[-1] if episode.updates[-1].has_located_wheel else None
         still = f"After {total} the estimate was still off by {format_quantity('m', last)}."
         return "" if last is None else still
     when = format_seconds(episode.updates[since].time)
@@ -85,7 +89,8 @@ def belief_line(update: Update) -> str:
     else:
         drags = [update.estimates.get(name) for name in ("least", "most")]
         known = [format_estimate(each["mean"], each["sd"]) for each in drags if each and each["sd"]]
-        parts = [f"wheel at {format_point(update.wheel.at, update.wheel_sd)}"]
+        place = format_point(update.wheel.at, update.wheel_sd)
+        parts = [f"wheel at {place}" if update.has_located_wheel else "wheel not located"]
         parts += [f"drag {join_words(known)} N·s/m"] if known else []
     mass = update.estimates.get("body.mass")
     parts += [f"mass {format_estimate(mass['mean'], mass['sd'], 'kg')}"] if mass and mass["mean"] else []
