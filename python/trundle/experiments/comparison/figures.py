@@ -24,6 +24,8 @@ MAIN, ORACLE = figure_style.COLOURS["pbr"], "#20262e"
 OTHERS = ("#c04a00", "#b0186f", "#2e8b57", "#8a6d00", "#6a4fbf", "#3a9bb8", "#e0a070", "#d58ab4", "#7d8791")
 DASHES: dict[str, Literal["-", "--", ":"]] = {"adaptive": "-", "policy": "--", "oracle": ":"}
 """Line styles by kind of agent."""
+TITLE_WIDTH = 32
+"""Number of characters in a line of a panel's title."""
 PANELS_PER_ROW = 3
 """Number of panels in a row."""
 
@@ -78,9 +80,8 @@ def curves(settings: Settings, found: Curves) -> Figure:
         for k, run in enumerate(found.get(agent.curve, [])):
             label = agent.title if k == 0 else None
             steps, rates = ([point[key] for point in run["curve"]] for key in ("step", "success"))
-            axes.plot(steps, rates, color=chosen[name], linewidth=1.0, alpha=0.8, label=label)
-    axes.set(xscale="log", ylim=(-0.02, 1.02))
-    axes.set(xlabel="steps of the environment", ylabel="success in evaluation")
+            axes.plot(np.array(steps) / 1e6, rates, color=chosen[name], linewidth=1.0, alpha=0.8, label=label)
+    axes.set(ylim=(-0.02, 1.02), xlabel="million steps of the environment", ylabel="success in evaluation")
     figure_style.legend(axes)
     return figure
 
@@ -93,5 +94,5 @@ def panels(settings: Settings, results: Results, height: float) -> tuple[Figure,
     for spare in axes[len(results) :]:
         spare.set_visible(False)
     for one, name in zip(axes, results, strict=False):
-        one.set_title("\n".join(textwrap.wrap(settings.worlds[name].title, 40)), fontsize=9)
+        one.set_title("\n".join(textwrap.wrap(settings.worlds[name].title, TITLE_WIDTH)), fontsize=9)
     return figure, axes[: len(results)]
