@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import gymnasium
@@ -30,6 +31,14 @@ def seen_observations(steps: int) -> tuple[gymnasium.Env[Any, Any], list[Any]]:
         action, _ = agent.predict(observations[-1], episode_start=step == 0)
         observations.append(env.step(action)[0])
     return env, observations
+
+
+def until_cancelled() -> Iterator[None]:
+    """Yield for `WAIT_S`, then fail: the work in the background was not cancelled."""
+    given_up = time.monotonic() + WAIT_S
+    while time.monotonic() < given_up:
+        yield
+    raise AssertionError("not cancelled")
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +69,7 @@ def test_native_work_goes_on_during_work_in_the_background(
     begun = threading.Event()
 
     def work(check: Any) -> None:
-        while True:
+        for _ in until_cancelled():
             trundle.fit(recording, starts=1)
             begun.set()
             check()
@@ -151,9 +160,10 @@ def test_a_new_episode_cancels_the_diagnosis(
 
     def endless(given: Suspicion, check: Any) -> Extension:
         begun.set()
-        while True:
+        for _ in until_cancelled():
             check()
             time.sleep(0.001)
+        raise AssertionError("unreachable")
 
     monkeypatch.setattr("trundle.learners.find_missing_effects", endless)
     agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(diagnose=True, realtime=True, **QUICK))

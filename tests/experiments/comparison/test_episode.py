@@ -10,7 +10,7 @@ import pytest
 
 import trundle
 from trundle.experiments.comparison.config import Agent, Worlds
-from trundle.experiments.comparison.episode import begin, learning_summary, play
+from trundle.experiments.comparison.episode import begin, learning_summary, play, time_limit
 from trundle.experiments.runs.episode import count_onsets
 from trundle.experiments.training.network import Network
 from trundle.experiments.training.policy import About, Policy
@@ -40,7 +40,8 @@ def test_learnt_effects_are_listed_once_in_order() -> None:
 
 
 def test_a_privileged_policy_sees_hidden_parameters_and_episodes_of_version_1_end(tmp_path: Path) -> None:
-    entries = trundle.envs.Oracle(gymnasium.make("trundle/PushPose-v1")).observation_space.shape[0]
+    env: Any = trundle.envs.Oracle(gymnasium.make("trundle/PushPose-v1"))
+    entries = env.observation_space.shape[0]
     weight = np.zeros((3, entries), dtype=np.float32)
     weight[2, entries - len(trundle.envs.Oracle.NAMES)] = 1e-3  # the mass
     described: dict[str, Any] = {
@@ -53,11 +54,18 @@ def test_a_privileged_policy_sees_hidden_parameters_and_episodes_of_version_1_en
     worlds = Worlds("W", "trundle/PushPose-v1", 0, 1, [])
     agent = Agent("Knows", "policy", files=[str(tmp_path / "one.npz")])
     env, observation, player = begin(worlds, agent, 0, 3)
-    mass = env.unwrapped.hidden_values()[0]  # type: ignore[attr-defined]
+    mass = env.unwrapped.hidden_values()[0]
     assert player.predict(observation)[0] == pytest.approx([0.0, 0.0, 1e-3 * mass], rel=1e-5)
     row, _ = play(worlds, agent, 0, 3)
     assert row["limit"] == pytest.approx(15.0)
     assert row["contact"] == 0.0 and row["touches"] == 0
+
+
+def test_the_shorter_time_limit_applies() -> None:
+    assert time_limit(gymnasium.make("trundle/PushPose-v1")) == 300
+    assert time_limit(gymnasium.make("trundle/PushPose-v1", horizon=12)) == 12
+    assert time_limit(gymnasium.make("trundle/PushPose-v1", horizon=900)) == 300
+    assert time_limit(gymnasium.make("trundle/PushPose-v0", horizon=12)) == 12
 
 
 def test_only_the_oracle_knows_the_hidden_model() -> None:
