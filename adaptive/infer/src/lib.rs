@@ -6,6 +6,7 @@
 
 mod bandwidth;
 mod baseline;
+mod body_regression;
 mod brent;
 mod comparison;
 mod coordinates;
@@ -53,6 +54,7 @@ pub use baseline::{
     BaselineError, ConstantVelocity, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector,
     Transition, hold, noisy, r2, r2_of, transitions, transitions_of,
 };
+pub use body_regression::{BodyRegression, StepNoise};
 pub use comparison::{Comparison, MAX_QUASI_STATIC_SHARE, is_quasi_static};
 pub use coordinates::{Coordinates, PriorConflict};
 pub use error::InferError;

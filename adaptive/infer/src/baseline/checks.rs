@@ -4,7 +4,7 @@ use super::error::BaselineError;
 use super::transitions::Transition;
 
 /// Checks that the data are not empty and all numbers are finite.
-pub(super) fn check(data: &[Transition]) -> Result<(), BaselineError> {
+pub(crate) fn check(data: &[Transition]) -> Result<(), BaselineError> {
     if data.is_empty() {
         return Err(BaselineError::Empty);
     }

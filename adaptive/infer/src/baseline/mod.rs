@@ -13,6 +13,7 @@ mod local;
 mod predictor;
 mod transitions;
 
+pub(crate) use checks::check;
 pub use error::BaselineError;
 pub use features::Features;
 pub use from_episode::transitions_of;

@@ -9,7 +9,7 @@
 use super::positive;
 use crate::Real;
 use crate::generalised_force::GeneralisedForce;
-use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "spin_drag",
@@ -27,10 +27,10 @@ pub(crate) static SPEC: Spec = Spec {
     suggested_push: "rotate the object about the equivalent wheel: one wheel does not resist this rotation, two do",
 };
 
-/// Law with its parameters.
+/// Law with its parameters: a constant damping matrix of the body.
 #[derive(Clone, Debug)]
 pub struct SpinDrag<T> {
-    spin: T,
+    damping: GeneralisedForce<T>,
 }
 
 impl<T: Real> EffectLaw<T> for SpinDrag<T> {
@@ -38,11 +38,13 @@ impl<T: Real> EffectLaw<T> for SpinDrag<T> {
 
     fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [spin] = take(values);
-        Self { spin }
+        let mut damping = GeneralisedForce::zero();
+        damping.damping[5] = spin;
+        Self { damping }
     }
 
     #[inline]
-    fn add_force(&self, _at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
-        sum.damping[5] += self.spin;
+    fn constant_force(&self) -> Option<&GeneralisedForce<T>> {
+        Some(&self.damping)
     }
 }

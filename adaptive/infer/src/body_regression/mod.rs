@@ -1,0 +1,196 @@
+//! Regression of a rigid body on viscous wheels, from observed poses and twists and the applied wrench.
+//!
+//! In object axes about the object's origin, with the twist `ν = (u, v, ω)`:
+//!
+//! ```text
+//! d/dt p + (−ω p_y, ω p_x, u p_y − v p_x) + D ν = wrench,   p = (m (u − ω c_y), m (v + ω c_x), I ω + m (c_x v − c_y u))
+//! ```
+//!
+//! It is linear in the mass `m`, the first moments `m c`, the inertia `I` about the origin, and the symmetric damping
+//! matrix `D`, which is the sum of all viscous wheels (Atkeson, An, Hollerbach, "Estimation of inertial parameters of
+//! manipulator loads and links", 1986). The posterior therefore has one mode, and no search is necessary.
+//!
+//! The equation is integrated over each step of constant wrench. Its error has three parts. The noise of an observed twist enters the two
+//! steps on both sides of it with opposite signs. The noise of the wrench and of the model is independent; its density is
+//! estimated by maximum likelihood. Steps with a large error, such as those in contact with an obstacle, have less weight
+//! (Student's t). If most of the latest steps have large errors, the friction has changed: earlier steps are dropped, and
+//! what they show about the mass becomes the prior.
+
+mod equation;
+mod feasible;
+mod parameters;
+mod prior;
+mod whitening;
+
+use nalgebra::{SMatrix, SVector};
+use trundle_model::{Body, Model, Posterior};
+
+use crate::baseline::{BaselineError, Transition, check};
+use equation::{StepEquation, mass_matrix};
+use parameters::{MIN_MASS_RATIO, Parameters, Precision};
+use prior::BodyPrior;
+use whitening::{Whitened, whiten};
+
+/// Degrees of freedom of Student's t distribution of the error of a step.
+const STUDENT_DEGREES: f64 = 4.0;
+/// Initial density of the noise of wrench and model, N²·s.
+const INITIAL_NOISE_DENSITY: f64 = 3.0;
+/// Range of that density.
+const NOISE_DENSITIES: (f64, f64) = (1e-3, 1e5);
+/// Factor between the densities that an update compares.
+const DENSITY_RATIO: f64 = 3.0;
+/// Number of passes of an update: weights, mass and scale of the prior follow from the previous one.
+const PASSES: usize = 2;
+
+/// Number of steps that show a change.
+const CHANGE_STEPS: usize = 10;
+/// Smallest number of them with large errors, and largest weight of such a step. By chance one step in 5000 has it.
+const MIN_CHANGED_STEPS: usize = 8;
+const MAX_CHANGED_WEIGHT: f64 = 0.3;
+
+/// Standard deviations of the noise of observed twists and wrenches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepNoise {
+    /// Velocity and spin, `[m/s, m/s, rad/s]`.
+    pub twist: [f64; 3],
+    /// Mean wrench of a step, `[N, N, N·m]`.
+    pub wrench: [f64; 3],
+}
+
+/// Estimate of a body and its damping. All data are used again at each update.
+#[derive(Clone, Debug)]
+pub struct BodyRegression {
+    body: Body,
+    prior: BodyPrior,
+    noise: StepNoise,
+    /// Density of the noise of wrench and model, N²·s.
+    density: f64,
+    /// Weight of each step.
+    weights: Vec<f64>,
+    /// First step that is used.
+    first: usize,
+    mean: Parameters,
+    precision: Precision,
+}
+
+impl BodyRegression {
+    /// Start from the prior. `body` has the outline and the most probable mass.
+    pub fn new(body: Body, noise: StepNoise) -> Self {
+        let prior = BodyPrior::of(&body);
+        let (mean, precision) = prior.at(body.mass);
+        let density = INITIAL_NOISE_DENSITY;
+        Self { body, prior, noise, density, weights: vec![], first: 0, mean, precision }
+    }
+
+    /// Estimate from all transitions of an episode so far, in order of time, each of which starts where the previous
+    /// one ends.
+    ///
+    /// # Errors
+    /// If there is no transition, or a number is not finite.
+    pub fn update(&mut self, data: &[Transition]) -> Result<(), BaselineError> {
+        check(data)?;
+        let data = data.get(self.first..).unwrap_or_default();
+        self.estimate(data);
+        if self.has_changed() {
+            self.prior.learn_mass(&self.mean, &self.precision);
+            let latest = self.weights.len() - CHANGE_STEPS;
+            self.first += latest;
+            self.weights = vec![];
+            self.estimate(&data[latest..]);
+        }
+        Ok(())
+    }
+
+    /// Whether most of the latest steps have large errors.
+    fn has_changed(&self) -> bool {
+        let Some(earlier) = self.weights.len().checked_sub(CHANGE_STEPS) else { return false };
+        let changed = self.weights[earlier..].iter().filter(|weight| **weight < MAX_CHANGED_WEIGHT);
+        earlier >= CHANGE_STEPS && changed.count() >= MIN_CHANGED_STEPS
+    }
+
+    fn estimate(&mut self, data: &[Transition]) {
+        self.weights.resize(data.len(), 1.0);
+        let dt = data.first().map_or(0.0, |step| step.dt);
+        for pass in 0..PASSES {
+            let mean_twist = feasible::mean_twist(&self.body, &self.prior, &self.mean, dt);
+            let equations: Vec<_> = data.iter().map(|step| StepEquation::of(step, &mean_twist)).collect();
+            let densities = match pass + 1 == PASSES {
+                true => [1.0, 1.0 / DENSITY_RATIO, DENSITY_RATIO].map(|ratio| ratio * self.density).to_vec(),
+                false => vec![self.density],
+            };
+            let within = |q: f64| q.clamp(NOISE_DENSITIES.0, NOISE_DENSITIES.1);
+            let solved = densities.into_iter().filter_map(|density| self.solve(&equations, within(density)));
+            let Some(best) = solved.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { break };
+            (self.mean, self.precision, self.density) = (best.mean, best.precision, best.density);
+            self.reweight(&equations);
+        }
+    }
+
+    /// Posterior with a density of the noise; `None` if it is not finite.
+    fn solve(&self, equations: &[StepEquation], density: f64) -> Option<Solution> {
+        let (twist, other) = self.covariances(equations, density);
+        let Whitened { precision, information, square, log_determinant } =
+            whiten(equations, &self.weights, &twist, &other)?;
+        let (prior_mean, prior_precision) = self.prior.at(self.mass());
+        let pull = prior_precision * prior_mean;
+        let total = precision + prior_precision;
+        let factor = total.cholesky()?;
+        let mean = factor.solve(&(information + pull));
+        // Sum of squares of all errors, those from the prior included.
+        let squares = square + prior_mean.dot(&pull) - mean.dot(&(information + pull));
+        let volume: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
+        let cost = 0.5 * squares + log_determinant + volume;
+        cost.is_finite().then_some(Solution { mean, precision: total, density, cost })
+    }
+
+    /// Covariance of the momentum due to the noise of a twist, and of all other errors of a step.
+    fn covariances(&self, equations: &[StepEquation], density: f64) -> ([f64; 9], [f64; 3]) {
+        let mass = mass_matrix([0, 1, 2, 3].map(|k| self.mean[k]));
+        let spread = SMatrix::<f64, 3, 3>::from_diagonal(&SVector::from(self.noise.twist.map(|sd| sd * sd)));
+        let twist = mass * spread * mass.transpose();
+        let dt = equations.first().map_or(0.0, |equation| equation.dt);
+        let arm = self.prior.gyration * self.prior.gyration;
+        let [fx, fy, torque] = self.noise.wrench.map(|sd| (sd * dt) * (sd * dt));
+        let random = density * dt;
+        (twist.as_slice().try_into().unwrap_or([0.0; 9]), [fx + random, fy + random, torque + random * arm])
+    }
+
+    /// Weights of the steps from their errors.
+    fn reweight(&mut self, equations: &[StepEquation]) {
+        let (twist, other) = self.covariances(equations, self.density);
+        let covariance = SMatrix::<f64, 3, 3>::from_column_slice(&twist) * 2.0
+            + SMatrix::<f64, 3, 3>::from_diagonal(&SVector::from(other));
+        let Some(factor) = covariance.cholesky() else { return };
+        for (weight, equation) in self.weights.iter_mut().zip(equations) {
+            let error = equation.impulse - equation.regressors * self.mean;
+            let squares = error.dot(&factor.solve(&error));
+            *weight = ((STUDENT_DEGREES + 3.0) / (STUDENT_DEGREES + squares)).min(1.0);
+        }
+    }
+
+    fn mass(&self) -> f64 {
+        self.mean[0].max(MIN_MASS_RATIO * self.body.mass)
+    }
+
+    /// The most probable model: the body, a viscous wheel, and a damping of the spin.
+    pub fn model(&self) -> Model {
+        feasible::model(&self.body, &self.prior, &self.mean)
+    }
+
+    /// Approximate posterior of the parameters of [`Self::model`] that are identified.
+    pub fn posterior(&self) -> Option<Posterior> {
+        feasible::posterior(&self.body, &self.prior, &self.mean, &self.precision)
+    }
+}
+
+/// Posterior with one density of the noise.
+struct Solution {
+    mean: Parameters,
+    precision: Precision,
+    density: f64,
+    /// −log of the marginal likelihood, up to a constant.
+    cost: f64,
+}
+
+#[cfg(test)]
+mod tests;
