@@ -12,13 +12,13 @@ use std::f64::consts::{SQRT_2, TAU};
 use rayon::prelude::*;
 
 /// Side of a cell, m.
-const CELL_M: f64 = 0.06;
+const CELL_M: f64 = 0.08;
 /// Number of headings.
-const HEADINGS: usize = 48;
+const HEADINGS: usize = 40;
 /// Angle between two headings, rad.
 const HEADING_STEP_RAD: f64 = TAU / HEADINGS as f64;
 /// Range of path lengths in a bucket of the queue, m. It is less than the length of a move to a neighbouring cell.
-const BUCKET_M: f32 = 0.03;
+const BUCKET_M: f32 = 0.04;
 /// Largest number of buckets, limited by memory.
 const MAX_BUCKETS: usize = 100_000;
 /// Factor on the cost of moves at blocked poses. A finite factor makes the field decrease towards free poses.
