@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trundle_control::Dynamics;
 use trundle_infer::{
-    Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector, Transition, hold, noisy, r2_of,
-    transitions, transitions_of,
+    BodyRegression, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector, StepNoise,
+    Transition, hold, noisy, r2_of, transitions, transitions_of,
 };
 use trundle_model::{Clock, State};
 use trundle_record::prepare;
@@ -20,6 +20,7 @@ use crate::record::recording_of;
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Regression>()?;
+    module.add_class::<PyBodyRegression>()?;
     module.add_function(wrap_pyfunction!(_transitions, module)?)?;
     module.add_function(wrap_pyfunction!(_cut, module)?)?;
     module.add_function(wrap_pyfunction!(_noisy, module)?)?;
@@ -108,6 +109,30 @@ impl Regression {
             Kind::Linear(linear) => linear,
             Kind::Local(local) => local,
         }
+    }
+}
+
+/// Regression of a rigid body on viscous wheels.
+#[pyclass(name = "_BodyRegression", module = "trundle._native")]
+pub(crate) struct PyBodyRegression(BodyRegression);
+
+#[pymethods]
+impl PyBodyRegression {
+    /// `model` has the outline and the most probable mass. Noise: standard deviations of twists and mean wrenches.
+    #[new]
+    fn new(model: PyRef<'_, PyModel>, twist_noise: [f64; 3], wrench_noise: [f64; 3]) -> Self {
+        let noise = StepNoise { twist: twist_noise, wrench: wrench_noise };
+        Self(BodyRegression::new(model.model.body.clone(), noise))
+    }
+
+    /// Estimate from all transitions of an episode so far.
+    fn update(&mut self, py: Python<'_>, data: Columns) -> PyResult<()> {
+        run(py, || self.0.update(&rows(data)))
+    }
+
+    /// The most probable model, with the posterior of its identified parameters.
+    fn model(&self) -> PyModel {
+        PyModel { model: self.0.model(), posterior: self.0.posterior() }
     }
 }
 

@@ -16,6 +16,7 @@ from trundle.belief import Belief, Update, freely_rolling_model, observation_met
 from trundle.braking import braking_action, exceeds_limits_soon
 from trundle.display import Card, Displayed
 from trundle.envs.observation import COMMON_ENTRIES, Observation
+from trundle.envs.seen_outline import bounding_rectangle, outline_hull
 from trundle.learners import DiagnosisSettings, make_learner
 from trundle.picture import outlines
 
@@ -57,10 +58,9 @@ class Pushable(Protocol):
 class AdaptiveAgent(Displayed):
     """Adaptive agent for `trundle.envs.Push`'s tasks and environments with the same spaces.
 
-    The agent starts from a model of the object. It plans pushes on the model with MPPI, keeps an online
-    estimate of the paper's model, and replans. While the value of information is large, it plans for several
-    posterior draws and updates the estimate before each action. It also estimates delay, lag and compliance
-    of the arm, and plans from the time at which the next command takes effect.
+    The agent starts from a model of the object. Before each action it estimates a rigid body on viscous
+    wheels by linear regression and plans on it with MPPI. It also estimates delay, lag and compliance of the
+    arm, and plans from the time at which the next command takes effect.
     If the object is about to exceed a speed limit, it brakes, independently of the model. Its only input are
     the observations, unless the setting `outline` is True.
 
@@ -105,6 +105,8 @@ class AdaptiveAgent(Displayed):
         self._scale = np.asarray(self._source.ACTION_SCALE, dtype=np.float64)[:WRENCH_ENTRIES]
         self._obstacles: Callable[[Array], Any] = getattr(self._source, "seen_obstacles", lambda _: ())
         self._has_varied_objects = bool(getattr(self._source, "varied", False))
+        self._has_outline = bool(getattr(self._source, "has_outline", False))
+        self._has_middle = getattr(self._source, "version", 0) > 0
         self._can_regrasp = getattr(self._source, "mode", "wrench") == "regrasp"
         diagnosis = DiagnosisSettings(chosen.diagnosis_delay, chosen.realtime) if chosen.diagnose else None
         self._learner = make_learner(chosen.learner, diagnosis, starts=chosen.starts, seed=chosen.seed)
@@ -202,9 +204,10 @@ class AdaptiveAgent(Displayed):
         return belief
 
     def _is_update_due(self, belief: Belief) -> bool:
-        """Return whether to fit now: before each action while uncertain, otherwise after each push."""
+        """Return whether to fit now: before each action if fast or uncertain, otherwise after each push."""
         steps = len(belief.observations) - 1
-        interval = 1 if is_uncertain(belief) else self._steps_per_update
+        each_action = self._learner.is_fast(belief) or is_uncertain(belief)
+        interval = 1 if each_action else self._steps_per_update
         is_due = steps % interval == 0 or self._learner.is_due(belief, self._period * steps)
         return is_due and steps <= self._last_learning_step
 
@@ -216,9 +219,11 @@ class AdaptiveAgent(Displayed):
             description = {key: value for key, value in metadata["object"].items() if key != "support"}
             metadata = {**metadata, "object": description}
         elif self._has_varied_objects:
-            # The agent may use the bounding box in the observation only.
-            a, b = observation.half_size
-            metadata = {**metadata, "object": {"footprint": [[-a, -b], [a, -b], [a, b], [-a, b]]}}
+            # The agent may use the shape in the observation only.
+            shape = outline_hull(observation) if self._has_outline else None
+            if shape is None:
+                shape = bounding_rectangle(observation, has_middle=self._has_middle)
+            metadata = {**metadata, "object": {"footprint": shape.tolist()}}
         description = metadata["object"]
         model = freely_rolling_model(description, self._settings.mass) if self._model is None else self._model
         arm = _ArmEstimate(self._period, self._settings.rise, self._scale) if self._settings.arm else None
@@ -238,12 +243,17 @@ class AdaptiveAgent(Displayed):
         has_new_effects = bool(update.named + update.supposed)
         last = belief.updates[-1].value_of_information if belief.updates and not has_new_effects else np.inf
         # Once the value of information is small, it stays small until the model gains effects.
-        value = self._value_of_information(belief, inner) if last > MIN_VALUE_OF_INFORMATION else last
+        is_fast = self._learner.is_fast(belief)
+        if is_fast or last <= MIN_VALUE_OF_INFORMATION:
+            value = 0.0 if is_fast else last
+        else:
+            value = self._value_of_information(belief, inner)
         is_probing = self._settings.probe and value > MIN_VALUE_OF_INFORMATION
         belief.planner.be_curious(PROBING_WEIGHT_S if is_probing else 0.0)
         now = belief.latest
         is_slow = np.hypot(*now.velocity) < MAX_RELEASE_SPEED and abs(now.spin) < MAX_RELEASE_SPEED
-        may_regrasp = self._can_regrasp and is_slow and belief.next_grasp is None
+        is_time = not is_fast or (len(belief.observations) - 1) % self._steps_per_update == 0
+        may_regrasp = self._can_regrasp and is_slow and is_time and belief.next_grasp is None
         grasp = self._choose_regrasp(belief, inner) if may_regrasp else None
         return replace(update, value_of_information=value, regrasp=grasp)
 
@@ -311,7 +321,9 @@ class AdaptiveAgent(Displayed):
                 learnt=belief.regression,
                 arm=belief.arm,
             )
-            steps = 1 if self._settings.adapt and is_uncertain(belief) else self._steps_per_plan
+            is_uncertain_now = self._settings.adapt and is_uncertain(belief)
+            each_action = self._learner.is_fast(belief) or is_uncertain_now
+            steps = 1 if each_action else self._steps_per_plan
             belief.planner.advance(steps * self._period)
             belief.plan = [plan[0] / self._scale] * steps
         return belief.plan.pop()

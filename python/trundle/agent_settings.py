@@ -33,9 +33,11 @@ class AgentSettings(DisplayedFields):
     arm : bool
         Whether to estimate delay, lag and compliance of the arm, and to plan with them. Otherwise the agent
         assumes that the wrench is the command at once.
-    learner : {"filter", "shooting", "linear", "local"}
-        "filter": the paper's model, estimated online under the default likelihood. "shooting": the same
-        model under eq. 8 of the paper. "linear", "local": linear or locally weighted regression.
+    learner : {"body", "filter", "shooting", "linear", "local"}
+        "body": a rigid body on viscous wheels (mass, mass centre, inertia, damping matrix), by linear
+        regression of its equation of motion before each action. "filter": the paper's model with one wheel,
+        estimated online under the default likelihood. "shooting": the same model under eq. 8 of the paper.
+        "linear", "local": linear or locally weighted regression of the motion.
     diagnose : bool
         Whether to diagnose missing effects if the model predicts worse than the noise explains. The agent
         adds the named effects to its model. If none is named, it adds the best fitted candidate, if that
@@ -54,7 +56,8 @@ class AgentSettings(DisplayedFields):
         Whether to start with the true outline if objects vary, as a camera would see it. Otherwise the agent
         assumes the rectangle in the observations. For one environment at a time.
     push : float
-        Time between two updates once the value of information is small, s.
+        Duration that counts as one push, s. Learners other than "body" update after each push once the value
+        of information is small.
     pushes : int, optional
         Number of such intervals after which learning stops; by default it never stops.
     starts : int
@@ -79,13 +82,13 @@ class AgentSettings(DisplayedFields):
     Examples
     --------
     >>> trundle.AgentSettings(diagnose=True, planner={"samples": 512}).learner
-    'filter'
+    'body'
     """
 
     mass: float = 22.0
     adapt: bool = True
     arm: bool = True
-    learner: Kind = "filter"
+    learner: Kind = "body"
     diagnose: bool = False
     diagnosis_delay: float = 0.0
     realtime: bool = False
@@ -120,6 +123,10 @@ class AgentSettings(DisplayedFields):
             raise TrundleError(
                 f"learner = {self.learner!r}, diagnose = True: a regression cannot be diagnosed; "
                 "choose 'filter' or 'shooting'"
+            )
+        if self.probe and self.learner == "body":
+            raise TrundleError(
+                "probe = True, learner = 'body': it has one most probable model; choose learner = 'filter'"
             )
         if not self.adapt and (self.diagnose or self.probe):
             raise TrundleError(

@@ -10,7 +10,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from trundle._native import Laws, Model, Planner, Recording, _ArmEstimate, _Regression
+from trundle._native import Laws, Model, Planner, Recording, _ArmEstimate, _BodyRegression, _Regression
 from trundle.background import Background
 from trundle.display import Card, Displayed, Table
 from trundle.envs.observation import Observation
@@ -127,6 +127,8 @@ class Belief(Displayed):
     online_since : float
         Time of the first observation of the current push of `online`, s. Earlier ones are a push of their
         own.
+    body : optional
+        Regression of mass, mass centre, inertia and damping; None: not started, or another learner.
     regression : optional
         Regression that the planner uses instead of `models`.
     command : ndarray, shape (3,)
@@ -148,6 +150,7 @@ class Belief(Displayed):
         self.template: Model | None = None
         self.online: Online | None = None
         self.online_since = 0.0
+        self.body: _BodyRegression | None = None
         self.regression: _Regression | None = None
         self.diagnosed_at = 0.0
         self.diagnosis: PendingDiagnosis | None = None

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol, TypeAlias
 
 from trundle import _native
-from trundle._native import Model, TrundleError, _Regression
+from trundle._native import Model, TrundleError, _BodyRegression, _Regression
 from trundle.background import Background
 from trundle.belief import Belief, PendingDiagnosis, Update
 from trundle.fitting import Likelihood
@@ -17,10 +17,12 @@ from trundle.online import Online
 
 __all__ = ["KINDS", "REGRESSIONS", "DiagnosisSettings", "Kind", "Learner", "make_learner"]
 
-Kind: TypeAlias = Literal["filter", "shooting", "linear", "local"]
-KINDS: tuple[Kind, ...] = ("filter", "shooting", "linear", "local")
+Kind: TypeAlias = Literal["body", "filter", "shooting", "linear", "local"]
+KINDS: tuple[Kind, ...] = ("body", "filter", "shooting", "linear", "local")
 REGRESSIONS: tuple[Kind, ...] = ("linear", "local")
 
+TWIST_NOISE_SD = (0.005, 0.005, 0.01)
+"""Noise of observed velocities (m/s) and spin (rad/s), standard deviations; see `trundle.envs.Push`."""
 MIN_DIAGNOSIS_TIME_S = 3.0
 """Minimum duration of the observations before a diagnosis, s."""
 DIAGNOSIS_INTERVAL_FACTOR = 2.0
@@ -37,6 +39,9 @@ class Learner(Protocol):
 
     def is_due(self, belief: Belief, time: float) -> bool:
         """Return whether `learn` must be called at this time, s, even if no update is due."""
+
+    def is_fast(self, belief: Belief) -> bool:
+        """Return whether `learn` is fast enough for every action and has one most probable model."""
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
         """Fit to all observations of a belief.
@@ -77,6 +82,8 @@ def make_learner(kind: Kind, diagnosis: DiagnosisSettings | None, *, starts: int
     """Return a learner; arguments as in `trundle.AgentSettings`."""
     if kind in REGRESSIONS:
         return Regressor(local=kind == "local")
+    if kind == "body":
+        return BodyLearner(None, diagnosis, starts=starts, seed=seed)
     return Physics("steps" if kind == "shooting" else None, diagnosis, starts=starts, seed=seed)
 
 
@@ -107,6 +114,10 @@ class Physics:
         if pending is None or self._diagnosis is None:
             return False
         return pending.work.is_finished if self._diagnosis.realtime else time >= pending.due
+
+    def is_fast(self, belief: Belief) -> bool:
+        """Return False: a search for several modes takes long."""
+        return False
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
         """Fit the model; diagnose missing effects if one is due."""
@@ -198,6 +209,33 @@ class Physics:
         return PendingDiagnosis(Background(work), time, time + delay - period / 2)
 
 
+class BodyLearner(Physics):
+    """Learner of a rigid body on viscous wheels, by linear regression of its equation of motion.
+
+    Mass, mass centre, inertia and the damping of all wheels together have one posterior mode, so that no
+    search is necessary. Unlike the paper's model, several wheels may resist. Effects that a diagnosis names
+    are estimated as by `Physics`.
+    """
+
+    def is_fast(self, belief: Belief) -> bool:
+        """Return whether the model has no named effects."""
+        return belief.template is None
+
+    def _estimate(self, belief: Belief, period: float, rise: float) -> tuple[Model, Rows]:
+        if belief.template is not None:
+            return super()._estimate(belief, period, rise)
+        if belief.body is None:
+            noise = belief.metadata["noise"]
+            wrench = (noise["force"], noise["force"], noise["torque"])
+            belief.body = _BodyRegression(belief.model, TWIST_NOISE_SD, wrench)
+        belief.body.update(belief.transitions(period, rise))
+        model = belief.body.model()
+        known = {row["name"]: row for row in estimate_rows(model)}
+        unknown = {"mean": None, "sd": None}
+        rows = [{"name": one["name"], "unit": one["unit"], **unknown} for one in model.parameters]
+        return model, [known.get(row["name"], row) for row in rows]
+
+
 def estimate_rows(model: Model) -> list[dict[str, Any]]:
     """Return the posterior of a model in the format of a fit's estimate."""
     ranges = {name: (unit, mean, high - low) for name, unit, mean, (low, high) in _native._ranges(model)}
@@ -229,6 +267,10 @@ class Regressor:
 
     def is_due(self, belief: Belief, time: float) -> bool:
         """Return False: fits happen only at updates."""
+        return False
+
+    def is_fast(self, belief: Belief) -> bool:
+        """Return False: a locally weighted regression takes long."""
         return False
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:

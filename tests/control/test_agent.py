@@ -69,11 +69,21 @@ def test_after_a_second_the_model_predicts_the_motion(
     assert np.linalg.norm(believed - true) < 0.1 * np.linalg.norm(true)
 
 
-def test_it_updates_before_each_action_while_models_differ(
+def test_it_updates_before_each_action(
     pushed: tuple[Observations, trundle.Model, trundle.agent.Belief],
 ) -> None:
+    times = [update.time for update in pushed[2].updates]
+    assert np.diff(times) == pytest.approx(0.05)
+
+
+def test_with_one_wheel_it_updates_before_each_action_while_models_differ(
+    env: gymnasium.Env[Any, Any], pushed: tuple[Observations, trundle.Model, trundle.agent.Belief]
+) -> None:
+    agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(learner="filter"))
+    for row in pushed[0]:
+        agent.predict(row)
     unsure = True
-    for before, update in itertools.pairwise(pushed[2].updates):
+    for before, update in itertools.pairwise(agent.beliefs[0].updates):
         unsure = before.value_of_information > 0.02
         assert update.time - before.time == pytest.approx(0.05 if unsure else 0.5 - before.time % 0.5)
     assert not unsure

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import trundle
 import trundle.agent
 from trundle.braking import MAX_TWIST, braking_action, exceeds_limits_soon
 from trundle.envs import Observation
 from trundle.experiments.comparison.config import read
-from trundle.experiments.comparison.episode import make_player
 from trundle.experiments.comparison.world import make_world
 
 COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.toml"
@@ -63,7 +63,7 @@ def lost_within(seconds: float) -> bool:
     """Return whether an adaptive agent loses a light object with a load at one corner."""
     settings = read(COMPARE)
     env, observation = make_world(settings.worlds["load"], 3135, {})
-    agent = make_player(settings.agents["adaptive"], 0, env)
+    agent = trundle.AdaptiveAgent(env, trundle.AgentSettings(learner="filter"))
     for step in range(round(seconds / 0.05)):
         action, _ = agent.predict(observation, episode_start=step == 0)
         observation, _, _, _, info = env.step(action)

@@ -255,6 +255,10 @@ class Push(gym.Env[Array, Action]):
         """Meaning of an action."""
         self.varied = self._native.varied
         """Whether the object may be any of several; then observations contain its size."""
+        self.version = version
+        """Version of the environment."""
+        self.has_outline = outline
+        """Whether observations contain the outline."""
         self.ACTION_SCALE = np.array(self._native.full)
         """Values of a full action."""
         self.metadata = {**self.metadata, "render_fps": max(1, round(1 / self._native.control))}

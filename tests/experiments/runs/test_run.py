@@ -58,11 +58,12 @@ def test_a_run_prints_saves_and_shows(
         "episode 1",
         f"{out}/page.html",
     ]
-    fits = len([line for line in reported.err.splitlines() if "m to go" in line])
+    lines = len([line for line in reported.err.splitlines() if "m to go" in line])
     kept = json.loads((out / "episode_00" / "history.json").read_text(encoding="utf-8"))
     other = json.loads((out / "episode_01" / "history.json").read_text(encoding="utf-8"))
     assert len(kept["steps"]) == 14 and len(kept["updates"]) >= 2
-    assert len(kept["updates"]) + len(other["updates"]) == fits
+    # A line every 0.25 s.
+    assert 2 <= lines < len(kept["updates"]) + len(other["updates"])
     assert kept["truth"]["effect"][0]["kind"] == "viscous_wheel"
     recording = trundle.read(out / "episode_01" / "recording")
     assert list(recording.episodes) == ["episode_00"]

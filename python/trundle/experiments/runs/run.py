@@ -78,8 +78,12 @@ def episode_history(settings: config.Settings, folder: Path, number: int, quiet:
     return history
 
 
+LINE_INTERVAL_S = 0.25
+"""Minimum time between two lines of the estimate in the terminal, s of the episode."""
+
+
 def run_episode(settings: config.Settings, folder: Path, number: int, quiet: bool) -> Row:
-    """Run an episode, write its recording, and show a progress line, and a permanent line for each fit."""
+    """Run an episode, write its recording, and show a progress line, and permanent lines of the estimate."""
     env: Any
     env, agent = settings.begin(number)
     seed = settings.seed + number
@@ -87,11 +91,15 @@ def run_episode(settings: config.Settings, folder: Path, number: int, quiet: boo
         name = f"{settings.environment.split('/')[-1]}_{seed}"
         env = trundle.Record(env, folder / "recording", name=name, table=settings.recording)
     with Progress(f"episode {number}", quiet=quiet) as progress:
+        due = 0.0
 
         def watch(row: Row) -> None:
+            nonlocal due
             way = f"{row['t']:5.2f} s, {row['distance']:.2f} m to go"
             progress.show(way)
-            if row["update"] is not None and not quiet:
+            has_named = row["update"] is not None and (row["update"]["named"] or row["update"]["supposed"])
+            if row["update"] is not None and not quiet and (row["t"] >= due or has_named):
+                due = row["t"] + LINE_INTERVAL_S
                 clear = "\r\033[K" if sys.stderr.isatty() else ""
                 belief = sentences.belief_line(parse_update(row["update"]))
                 print(f"{clear}{way}: {belief}", file=sys.stderr, flush=True)
