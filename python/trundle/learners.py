@@ -23,6 +23,8 @@ REGRESSIONS: tuple[Kind, ...] = ("linear", "local")
 
 TWIST_NOISE_SD = (0.005, 0.005, 0.01)
 """Noise of observed velocities (m/s) and spin (rad/s), standard deviations; see `trundle.envs.Push`."""
+WRENCH_NOISE_SD = {"force": 0.4, "torque": 0.05}
+"""The same of observed wrenches, N and N m, for environments that do not state it."""
 MIN_DIAGNOSIS_TIME_S = 3.0
 """Minimum duration of the observations before a diagnosis, s."""
 DIAGNOSIS_INTERVAL_FACTOR = 2.0
@@ -225,7 +227,7 @@ class BodyLearner(Physics):
         if belief.template is not None:
             return super()._estimate(belief, period, rise)
         if belief.body is None:
-            noise = belief.metadata["noise"]
+            noise = {**WRENCH_NOISE_SD, **belief.metadata.get("noise", {})}
             wrench = (noise["force"], noise["force"], noise["torque"])
             belief.body = _BodyRegression(belief.model, TWIST_NOISE_SD, wrench)
         belief.body.update(belief.transitions(period, rise))

@@ -1,6 +1,6 @@
 //! The model of a body regression: the nearest physical parameters.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use rand::{RngExt, SeedableRng};
@@ -50,12 +50,14 @@ impl Physical {
         let eigen = Matrix2::new(xx, xy, xy, yy).symmetric_eigen();
         let [a, b] = [eigen.eigenvalues[0], eigen.eigenvalues[1]];
         let axis = eigen.eigenvectors.column(usize::from(b < a)).into_owned();
-        // A wheel at (x, y) couples velocity and torque by `matrix · (−y, x)`.
-        let lever = Matrix2::new(xx, xy, xy, yy).lu().solve(&Vector2::new(xt, yt)).unwrap_or_default();
+        // A wheel at (x, y) couples velocity and torque by `matrix · (−y, x)`. Each principal axis is limited by itself,
+        // because the lever along an axis with hardly any damping is arbitrary.
         let farthest = farthest_wheel(prior);
-        let [x, y] = [lever[1], -lever[0]].map(|at| at.clamp(-farthest, farthest));
-        let lever = Vector2::new(-y, x);
-        let spin = tt - lever.dot(&(Matrix2::new(xx, xy, xy, yy) * lever));
+        let coupling = eigen.eigenvectors.transpose() * Vector2::new(xt, yt);
+        let lever = [0, 1].map(|k| (coupling[k] / eigen.eigenvalues[k]).clamp(-farthest, farthest));
+        let spin = tt - lever[0] * lever[0] * a - lever[1] * lever[1] * b;
+        let lever = eigen.eigenvectors * Vector2::from(lever);
+        let [x, y] = [lever[1], -lever[0]];
         let angle = axis[1].atan2(axis[0]).rem_euclid(PI);
         Self {
             mass,
@@ -67,7 +69,8 @@ impl Physical {
     }
 
     fn model(&self, body: &Body, farthest: f64) -> Model {
-        let (lower, upper) = (-farthest, farthest);
+        let upper = SQRT_2 * farthest;
+        let lower = -upper;
         let body = Body { mass: self.mass, com: self.com, gyration: self.gyration, ..body.clone() };
         let wheel = Effect { kind: Kind::ViscousWheel, values: self.wheel.map(Some).to_vec() };
         let spin = Effect { kind: Kind::SpinDrag, values: vec![Some(self.spin)] };

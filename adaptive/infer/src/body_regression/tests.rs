@@ -117,6 +117,20 @@ fn a_wheel_that_locks_is_noticed_within_a_second() {
 }
 
 #[test]
+fn an_axis_without_damping_does_not_move_the_wheel_along_the_other() {
+    // One track that resists across only. Its lever along the other axis is not determined.
+    let track = Effect { kind: Kind::ViscousWheel, values: [0.4, 0.2, 0.3, 0.0, 80.0].map(Some).to_vec() };
+    let truth = truth().with_effects(vec![track]);
+    let settings = Pushes { dt: 0.05, per_episode: 60, ..Pushes::default() };
+    let found = regression(&observed(&transitions(&truth, 60, 5, &settings).unwrap()));
+    let (is, should) =
+        (properties(&found.model().resolved().unwrap()), properties(&truth.resolved().unwrap()));
+    for k in 4..10 {
+        assert!((is[k] - should[k]).abs() < 6.0, "{k}: {is:?} {should:?}");
+    }
+}
+
+#[test]
 fn the_posterior_covers_the_mass() {
     let errors: Vec<f64> = (0..40)
         .map(|seed| {
