@@ -166,7 +166,8 @@ def test_the_control_period_is_that_of_the_environment(substeps: int) -> None:
         if reached:
             break
     (mass,) = (one["value"] for one in belief.model.parameters if one["name"] == "body.mass")
-    assert mass == pytest.approx(22.0, abs=0.5) and belief.fits > 0
+    # With another period the mass would be wrong by a factor of two.
+    assert mass == pytest.approx(22.0, abs=1.0) and belief.fits > 0
 
 
 def test_the_outline_is_visible_only_on_request() -> None:
