@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from trundle._native import Model, Planner, Pushing, TrundleError, _ArmEstimate
 from trundle.agent_settings import AgentSettings
-from trundle.belief import Belief, Update, freely_rolling_model, observation_metadata, uniform_model
+from trundle.belief import Belief, Update, observation_metadata
 from trundle.braking import braking_action, exceeds_limits_soon
 from trundle.display import Card, Displayed
 from trundle.envs.observation import COMMON_ENTRIES, Observation
-from trundle.envs.seen_outline import bounding_rectangle, outline_hull
+from trundle.envs.seen_outline import observed_shape
+from trundle.first_models import bounding_box, freely_rolling_model, locked_corner_models
 from trundle.learners import DiagnosisSettings, make_learner
-from trundle.picture import outlines
 
 __all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
 
@@ -28,8 +28,6 @@ WRENCH_ENTRIES = 3
 """Number of entries of an action that are a wrench."""
 ACTION_MODES = ("wrench", "regrasp")
 """Meanings of an action that the agent supports."""
-LOCKED_WHEEL_DRAG = 150.0
-"""Drag of the locked wheel in a probing agent's first models, N s/m."""
 POSTERIOR_DRAWS = 4
 """Number of models drawn from the posterior in addition to the most probable one."""
 MIN_VALUE_OF_INFORMATION = 0.02
@@ -40,8 +38,8 @@ MAX_RELEASE_SPEED = 0.15
 """Maximum speed (m/s) and spin (rad/s) of an object that the gripper may release. A faster one rolls on."""
 MAX_REGRASP_COST_RATIO = 0.85
 """The gripper regrasps if the best plan costs at most this share of the best one from the present grasp."""
-GRASP_MARGIN, SUSPECT_MARGIN = 0.9, 0.85
-"""Positions of grasps and of suspected wheels, as shares of half the sides of the bounding box."""
+GRASP_MARGIN = 0.9
+"""Positions of grasps, as a share of half the sides of the bounding box."""
 
 
 @runtime_checkable
@@ -105,8 +103,6 @@ class AdaptiveAgent(Displayed):
         self._scale = np.asarray(self._source.ACTION_SCALE, dtype=np.float64)[:WRENCH_ENTRIES]
         self._obstacles: Callable[[Array], Any] = getattr(self._source, "seen_obstacles", lambda _: ())
         self._has_varied_objects = bool(getattr(self._source, "varied", False))
-        self._has_outline = bool(getattr(self._source, "has_outline", False))
-        self._has_middle = getattr(self._source, "version", 0) > 0
         self._can_regrasp = getattr(self._source, "mode", "wrench") == "regrasp"
         diagnosis = DiagnosisSettings(chosen.diagnosis_delay, chosen.realtime) if chosen.diagnose else None
         self._learner = make_learner(chosen.learner, diagnosis, starts=chosen.starts, seed=chosen.seed)
@@ -204,12 +200,15 @@ class AdaptiveAgent(Displayed):
         return belief
 
     def _is_update_due(self, belief: Belief) -> bool:
-        """Return whether to fit now: before each action if fast or uncertain, otherwise after each push."""
+        """Return whether to fit now: before each action, or after each push."""
         steps = len(belief.observations) - 1
-        each_action = self._learner.is_fast(belief) or is_uncertain(belief)
-        interval = 1 if each_action else self._steps_per_update
+        interval = 1 if self._decides_each_action(belief) else self._steps_per_update
         is_due = steps % interval == 0 or self._learner.is_due(belief, self._period * steps)
         return is_due and steps <= self._last_learning_step
+
+    def _decides_each_action(self, belief: Belief) -> bool:
+        """Return whether to fit and plan before each action: that is fast, or the models still differ."""
+        return self._learner.is_fast(belief) or (self._settings.adapt and is_uncertain(belief))
 
     def _first_belief(self, observation: Observation) -> Belief:
         """Return the belief at the start of an episode."""
@@ -220,9 +219,7 @@ class AdaptiveAgent(Displayed):
             metadata = {**metadata, "object": description}
         elif self._has_varied_objects:
             # The agent may use the shape in the observation only.
-            shape = outline_hull(observation) if self._has_outline else None
-            if shape is None:
-                shape = bounding_rectangle(observation, has_middle=self._has_middle)
+            shape = observed_shape(observation, self._source)
             metadata = {**metadata, "object": {"footprint": shape.tolist()}}
         description = metadata["object"]
         model = freely_rolling_model(description, self._settings.mass) if self._model is None else self._model
@@ -244,9 +241,8 @@ class AdaptiveAgent(Displayed):
         last = belief.updates[-1].value_of_information if belief.updates and not has_new_effects else np.inf
         # Once the value of information is small, it stays small until the model gains effects.
         is_fast = self._learner.is_fast(belief)
-        if is_fast or last <= MIN_VALUE_OF_INFORMATION:
-            value = 0.0 if is_fast else last
-        else:
+        value = 0.0 if is_fast else last
+        if value > MIN_VALUE_OF_INFORMATION:
             value = self._value_of_information(belief, inner)
         is_probing = self._settings.probe and value > MIN_VALUE_OF_INFORMATION
         belief.planner.be_curious(PROBING_WEIGHT_S if is_probing else 0.0)
@@ -321,9 +317,7 @@ class AdaptiveAgent(Displayed):
                 learnt=belief.regression,
                 arm=belief.arm,
             )
-            is_uncertain_now = self._settings.adapt and is_uncertain(belief)
-            each_action = self._learner.is_fast(belief) or is_uncertain_now
-            steps = 1 if each_action else self._steps_per_plan
+            steps = 1 if self._decides_each_action(belief) else self._steps_per_plan
             belief.planner.advance(steps * self._period)
             belief.plan = [plan[0] / self._scale] * steps
         return belief.plan.pop()
@@ -383,25 +377,8 @@ def is_uncertain(belief: Belief) -> bool:
     return not belief.updates or belief.updates[-1].value_of_information > MIN_VALUE_OF_INFORMATION
 
 
-def bounding_box(description: dict[str, Any]) -> tuple[Array, Array]:
-    """Return middle and half sides of the bounding box of an object, shape (2,) each, object frame, m."""
-    points = np.concatenate(outlines(description))
-    low, high = points.min(axis=0), points.max(axis=0)
-    return (low + high) / 2, (high - low) / 2
-
-
 def grasp_candidates(description: dict[str, Any]) -> Array:
     """Return grasp points near corners and middles of the bounding box, shape (8, 2), object frame, m."""
     middle, half = bounding_box(description)
     ways = [(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0)]
     return np.asarray(middle + GRASP_MARGIN * half * np.array(ways))
-
-
-def locked_corner_models(description: dict[str, Any], mass: float) -> tuple[Model, ...]:
-    """Return four models, each with a locked wheel near one corner of the object."""
-    middle, half = bounding_box(description)
-    wheel = {"kind": "viscous_wheel", "angle": 0.0, "mu_x": LOCKED_WHEEL_DRAG, "mu_y": LOCKED_WHEEL_DRAG}
-    ways = ((-1, -1), (-1, 1), (1, -1), (1, 1))
-    places = [middle + SUSPECT_MARGIN * half * np.array(way) for way in ways]
-    wheels = [{**wheel, "x": float(x), "y": float(y)} for x, y in places]
-    return tuple(uniform_model(description, mass, [one]) for one in wheels)

@@ -54,7 +54,7 @@ class AgentSettings(DisplayedFields):
         control).
     outline : bool
         Whether to start with the true outline if objects vary, as a camera would see it. Otherwise the agent
-        assumes the rectangle in the observations. For one environment at a time.
+        uses the outline in the observations, or else the bounding box. For one environment at a time.
     push : float
         Duration that counts as one push, s. Learners other than "body" update after each push once the value
         of information is small.

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
-import tomli_w
 from numpy.typing import NDArray
 
 from trundle._native import Laws, Model, Planner, Recording, _ArmEstimate, _BodyRegression, _Regression
@@ -18,7 +17,7 @@ from trundle.missing_effects import Extension
 from trundle.online import Online
 from trundle.report.quantity import format_estimate
 
-__all__ = ["Belief", "Update", "freely_rolling_model", "observation_metadata", "uniform_model"]
+__all__ = ["Belief", "Update", "observation_metadata"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -322,25 +321,3 @@ def observation_metadata(metadata: dict[str, Any]) -> dict[str, Any]:
     """
     wrench = {"frame": "sensor", "sign": "on_object", "raw": False, "contact": "grasp"}
     return {**{key: value for key, value in metadata.items() if key != "scene"}, "wrench": wrench}
-
-
-def freely_rolling_model(description: dict[str, Any], mass: float) -> Model:
-    """Return the model of a uniform object that rolls freely; see `uniform_model`."""
-    return uniform_model(description, mass, [])
-
-
-def uniform_model(description: dict[str, Any], mass: float, effects: list[dict[str, Any]]) -> Model:
-    """Return the model of an object of uniform density with effects.
-
-    Parameters
-    ----------
-    description : dict
-        The table ``object`` of a recording.
-    mass : float
-        Mass, kg, if the description contains none.
-    effects : list of dict
-        Tables of ``model.toml``.
-    """
-    body = {key: description[key] for key in ("footprint", "fixture", "support") if description.get(key)}
-    body["mass"] = description.get("mass", mass)
-    return Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "body": body, "effect": effects}))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from trundle.envs.observation import Observation
 
-__all__ = ["bounding_rectangle", "outline_hull"]
+__all__ = ["bounding_rectangle", "observed_shape", "outline_hull"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -17,6 +17,22 @@ MIN_TURN_M2 = 1e-6
 """Cross product of two edges below which they are one edge, m². Rounded coordinates have smaller errors."""
 EDGE_TOLERANCE_M = 1e-3
 """Distance from a side of the bounding box within which a point lies on it, m."""
+
+
+def observed_shape(observation: Observation, source: object) -> Array:
+    """Return the observed outline, or else the bounding box, object frame, m; shape (n, 2).
+
+    Parameters
+    ----------
+    observation : Observation
+        One observation with the size of the object.
+    source : object
+        The environment. Its attributes `has_outline` and `version`, if it has them, state what the
+        observation contains.
+    """
+    if getattr(source, "has_outline", False):
+        return outline_hull(observation)
+    return bounding_rectangle(observation, has_middle=getattr(source, "version", 0) > 0)
 
 
 def bounding_rectangle(observation: Observation, *, has_middle: bool) -> Array:

@@ -97,11 +97,13 @@ def run_episode(settings: config.Settings, folder: Path, number: int, quiet: boo
             nonlocal due
             way = f"{row['t']:5.2f} s, {row['distance']:.2f} m to go"
             progress.show(way)
-            has_named = row["update"] is not None and (row["update"]["named"] or row["update"]["supposed"])
-            if row["update"] is not None and not quiet and (row["t"] >= due or has_named):
+            update = row["update"]
+            if update is None or quiet:
+                return
+            if row["t"] >= due or update["named"] or update["supposed"]:
                 due = row["t"] + LINE_INTERVAL_S
                 clear = "\r\033[K" if sys.stderr.isatty() else ""
-                belief = sentences.belief_line(parse_update(row["update"]))
+                belief = sentences.belief_line(parse_update(update))
                 print(f"{clear}{way}: {belief}", file=sys.stderr, flush=True)
 
         history = play(env, agent, seed, watch)
