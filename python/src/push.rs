@@ -1,10 +1,10 @@
 //! A pushing task in Python, and snapshots of it.
 
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use trundle_sim::task::{Costs, OBJECT_SETS, constants, household_names};
+use trundle_sim::task::{Costs, ExternalStep, OBJECT_SETS, constants, household_names};
 use trundle_sim::{Options, Outcome, PushTask, ResetOptions, SimError, episode};
 
 use crate::actions::numbers;
@@ -167,9 +167,24 @@ impl PyPushing {
         let action = &action[..width];
         let stepped = run_here(py, || Ok::<_, SimError>(self.task.step_after(action, thinking)))?;
         self.clock.start();
-        let Some(outcome) = stepped.map_err(simulated)? else { return Ok(None) };
-        let Outcome { reward, terminated, truncated, .. } = outcome;
-        Ok(Some((self.observe(py), reward, terminated, truncated, info(py, &outcome)?)))
+        self.stepped(py, stepped.map_err(simulated)?)
+    }
+
+    /// The result of `gymnasium.Env.step` along a motion from another simulator; None if no episode is running. A row has
+    /// the ten numbers of `ExternalStep`.
+    fn follow<'py>(
+        &mut self,
+        py: Python<'py>,
+        motion: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Option<Stepped<'py>>> {
+        let (steps, rest) = motion.as_slice()?.as_chunks::<10>();
+        if motion.shape()[1] != 10 || !rest.is_empty() {
+            return Err(refused("motion must have 10 columns"));
+        }
+        let steps: Vec<ExternalStep> = steps.iter().map(external_step).collect();
+        let outcome = run_here(py, || self.task.follow(&steps))?;
+        self.clock.start();
+        self.stepped(py, outcome)
     }
 
     #[getter]
@@ -242,6 +257,12 @@ impl PyPushing {
 }
 
 impl PyPushing {
+    fn stepped<'py>(&mut self, py: Python<'py>, outcome: Option<Outcome>) -> PyResult<Option<Stepped<'py>>> {
+        let Some(outcome) = outcome else { return Ok(None) };
+        let Outcome { reward, terminated, truncated, .. } = outcome;
+        Ok(Some((self.observe(py), reward, terminated, truncated, info(py, &outcome)?)))
+    }
+
     fn observe<'py>(&mut self, py: Python<'py>) -> Observation<'py> {
         // A buffer of the maximum length avoids an allocation in addition to NumPy's own.
         let mut row = [0.0; MAX_OBSERVATION_LEN];
@@ -249,6 +270,11 @@ impl PyPushing {
         self.task.observe(row);
         PyArray1::from_slice(py, row)
     }
+}
+
+/// Pose, twist, wrench and impulse of a row.
+fn external_step(&[x, y, theta, vx, vy, spin, fx, fy, torque, impulse]: &[f64; 10]) -> ExternalStep {
+    ExternalStep { pose: [x, y, theta], twist: [vx, vy, spin], wrench: [fx, fy, torque], impulse }
 }
 
 /// Largest number of entries of an observation.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use trundle_model::{Clock, LinearPropagator, Plant, Precision, State};
+use trundle_model::{Clock, LinearPropagator, Plant, Precision, SlidingPropagator, State};
 
 /// Speed along each axis at which the resistance is linearised to find the anchor, m/s.
 const ANCHOR_SPEED_M_PER_S: f64 = 0.15;
@@ -28,9 +28,29 @@ pub trait Dynamics: Sync {
         Anchor::default()
     }
 
-    /// Precomputed [`Dynamics::step`] of length `dt`, s; `None` if the dynamics are not linear.
-    fn linear_propagator(&self, _dt: f64) -> Option<LinearPropagator> {
+    /// Precomputed [`Dynamics::step`] of length `dt`, s, if there is one.
+    fn fast_step(&self, _dt: f64) -> Option<FastStep> {
         None
+    }
+}
+
+/// A precomputed step.
+#[derive(Clone, Debug)]
+pub enum FastStep {
+    /// Viscous damping.
+    Linear(LinearPropagator),
+    /// Viscous damping and dry friction.
+    Sliding(SlidingPropagator),
+}
+
+impl FastStep {
+    /// Advance a state as [`Dynamics::step`] does.
+    #[inline]
+    pub fn step_in_place(&self, state: &mut State<f64>, applied: &[f64; 3]) {
+        match self {
+            Self::Linear(propagator) => propagator.step_in_place(state, applied),
+            Self::Sliding(propagator) => propagator.step_in_place(state, applied),
+        }
     }
 }
 
@@ -58,8 +78,9 @@ impl Dynamics for Plant<f64> {
         Anchor { at: [(xx * ty - xy * tx) / det, (xy * ty - yy * tx) / det], grip }
     }
 
-    fn linear_propagator(&self, dt: f64) -> Option<LinearPropagator> {
-        Plant::linear_propagator(self, dt)
+    fn fast_step(&self, dt: f64) -> Option<FastStep> {
+        let linear = self.linear_propagator(dt).map(FastStep::Linear);
+        linear.or_else(|| self.sliding_propagator(dt).map(FastStep::Sliding))
     }
 }
 
@@ -73,8 +94,8 @@ impl<D: Dynamics + ?Sized> Dynamics for &D {
         (**self).anchor()
     }
 
-    fn linear_propagator(&self, dt: f64) -> Option<LinearPropagator> {
-        (**self).linear_propagator(dt)
+    fn fast_step(&self, dt: f64) -> Option<FastStep> {
+        (**self).fast_step(dt)
     }
 }
 

@@ -1,18 +1,18 @@
 //! Cost of a plan: its mean over rollouts on several models, minus a bonus for the difference between their end poses.
 
-use trundle_model::{Clock, LinearPropagator, State, transport};
+use trundle_model::{Clock, State, transport};
 
 use crate::arm::{ArmStep, AxisStates};
-use crate::dynamics::Anchor;
+use crate::dynamics::{Anchor, FastStep};
 use crate::{Dynamics, ObstacleMap, PlanningTask, Settings};
 
 /// Largest step of a rollout, s.
 const MAX_STEP_S: f64 = 0.05;
 
-/// A model with its precomputed step, if it is linear, and the start of all rollouts.
+/// A model with its precomputed step, if there is one, and the start of all rollouts.
 pub(crate) struct RolloutModel<'a, D> {
     model: &'a D,
-    propagator: Option<LinearPropagator>,
+    fast_step: Option<FastStep>,
     anchor: Anchor,
     /// State when the first action of a plan takes effect.
     start: State<f64>,
@@ -23,8 +23,8 @@ pub(crate) struct RolloutModel<'a, D> {
 impl<D: Dynamics> RolloutModel<'_, D> {
     #[inline]
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64) {
-        match &self.propagator {
-            Some(propagator) => propagator.step_in_place(state, applied),
+        match &self.fast_step {
+            Some(fast_step) => fast_step.step_in_place(state, applied),
             None => self.model.step(state, applied, clock, dt),
         }
     }
@@ -48,7 +48,7 @@ pub(crate) fn rollout_models<'a, D: Dynamics>(
         let mut start = task.state;
         let states = task.arm.predict(model, task.grasp, &mut start);
         let arm = response.has_dynamics().then(|| (response.discretised(dt), states));
-        RolloutModel { model, propagator: model.linear_propagator(dt), anchor: model.anchor(), start, arm }
+        RolloutModel { model, fast_step: model.fast_step(dt), anchor: model.anchor(), start, arm }
     };
     models.iter().map(prepared).collect()
 }

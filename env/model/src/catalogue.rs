@@ -85,6 +85,11 @@ macro_rules! catalogue {
                 match self { $(Law::$Law(law) => law.constant_force()),* }
             }
 
+            /// Points with a constant friction against their velocity, if the law is of that form.
+            pub(crate) fn sliding_points(&self) -> Option<Vec<([T; 2], T)>> {
+                match self { $(Law::$Law(law) => law.sliding_points()),* }
+            }
+
             /// Whether the law is independent of the pose.
             pub(crate) fn is_pose_invariant(&self) -> bool {
                 match self { $(Law::$Law(_) => <effects::$module::$Law<T> as EffectLaw<T>>::IS_POSE_INVARIANT),* }

@@ -298,6 +298,12 @@ pub(crate) trait EffectLaw<T: Real>: Sized {
     #[inline]
     fn add_force(&self, _at: &LawContext<'_, T>, _sum: &mut GeneralisedForce<T>) {}
 
+    /// Points of the object, object frame, m, each with a constant friction, N, against its velocity, if the law is friction of
+    /// that form spread over the body.
+    fn sliding_points(&self) -> Option<Vec<([T; 2], T)>> {
+        None
+    }
+
     /// Correct a reading to the wrench that acted, `[N, N, N·m]`, reading axes about the reading's reference point.
     #[inline]
     fn correct(&self, reading: [T; 3], _clock: Clock) -> [T; 3] {

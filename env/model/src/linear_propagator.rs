@@ -21,7 +21,7 @@ pub struct LinearPropagator {
 
 /// Linear map from the velocity of the mass centre and the force to the velocity after a time; columns.
 #[derive(Clone, Copy, Debug)]
-struct LinearMap {
+pub(crate) struct LinearMap {
     velocity: [[f64; 3]; 3],
     force: [[f64; 3]; 3],
 }
@@ -37,7 +37,7 @@ impl LinearMap {
     }
 
     #[inline(always)]
-    fn apply(&self, v: [f64; 3], w: [f64; 3]) -> [f64; 3] {
+    pub fn apply(&self, v: [f64; 3], w: [f64; 3]) -> [f64; 3] {
         let (a, b) = (&self.velocity, &self.force);
         [0, 1, 2].map(|k| {
             (a[0][k] * v[0] + a[1][k] * v[1] + a[2][k] * v[2])
@@ -62,6 +62,18 @@ impl LinearPropagator {
     /// Advance a state by one step under `applied`, as [`crate::Plant::step`] does.
     #[inline]
     pub fn step_in_place(&self, state: &mut State<f64>, applied: &[f64; 3]) {
+        self.step_with(state, applied, |velocity, map, force| map.apply(velocity, force));
+    }
+
+    /// The same. `advance` returns the velocity of the mass centre after the step, object axes, from that before it, the linear
+    /// map of a step, and the force.
+    #[inline(always)]
+    pub(crate) fn step_with(
+        &self,
+        state: &mut State<f64>,
+        applied: &[f64; 3],
+        advance: impl FnOnce([f64; 3], &LinearMap, [f64; 3]) -> [f64; 3],
+    ) {
         let half = self.dt / 2.0;
         let [x, y, theta] = state.pose;
         let force = [0, 1, 2].map(|k| applied[k] + self.force[k]);
@@ -70,7 +82,7 @@ impl LinearPropagator {
         let before = twist_at(state.twist, from);
         let near = self.half.apply(start.to_body(before), force);
         let heading = start.rotated_to(theta + (before[2] + near[2]) * (half / 2.0));
-        let after = heading.to_world(self.full.apply(heading.to_body(before), force));
+        let after = heading.to_world(advance(heading.to_body(before), &self.full, force));
         let end = theta + (before[2] + after[2]) * half;
         let to = heading.rotated_to(end).rotate_point(self.center);
         state.pose = [

@@ -1,10 +1,10 @@
 //! The equation of motion of a step, linear in the parameters.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
-use trundle_model::to_body;
 
-use super::parameters::PARAMETERS;
-use crate::baseline::{StateVector, Transition};
+use super::dry_friction::{Contact, Sliding, body_twist};
+use super::parameters::{DRY_FRICTION, PARAMETERS};
+use crate::baseline::Transition;
 
 pub(super) type Regressors = SMatrix<f64, 3, PARAMETERS>;
 
@@ -14,6 +14,8 @@ pub(super) struct StepEquation {
     pub regressors: Regressors,
     /// Impulse of the applied wrench, `[N·s, N·s, N·m·s]`.
     pub impulse: Vector3<f64>,
+    /// Share of the dry friction whose direction is unknown.
+    pub undirected: f64,
     /// Duration, s.
     pub dt: f64,
 }
@@ -21,18 +23,17 @@ pub(super) struct StepEquation {
 impl StepEquation {
     /// The equation of motion, integrated over a step. The mean twist of the damping is `before + mean (after − before)`;
     /// the slow terms of the rotating axes follow from the trapezoidal rule.
-    pub fn of(step: &Transition, mean: &Matrix3<f64>) -> Self {
+    pub fn of(step: &Transition, mean: &Matrix3<f64>, contact: &Contact) -> Self {
         let (before, after) = (body_twist(&step.before), body_twist(&step.after));
         let change = momentum(after) - momentum(before);
         let turning = (rotation(before) + rotation(after)) * 0.5;
         let middle = before + mean * (after - before);
-        let rates = (turning + damping(middle)) * step.dt;
-        Self { regressors: change + rates, impulse: Vector3::from(step.wrench) * step.dt, dt: step.dt }
+        let Sliding { wrench, undirected } = contact.sliding(before, after);
+        let mut rates = turning + damping(middle);
+        rates.set_column(DRY_FRICTION, &wrench);
+        let impulse = Vector3::from(step.wrench) * step.dt;
+        Self { regressors: change + rates * step.dt, impulse, undirected, dt: step.dt }
     }
-}
-
-fn body_twist(&[_, _, heading, vx, vy, spin]: &StateVector) -> Vector3<f64> {
-    Vector3::from(to_body([vx, vy, spin], heading))
 }
 
 /// Momentum about the origin, as a function of the parameters.

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix4, Vector4};
 use trundle_model::Body;
 
-use super::parameters::{Parameters, Precision};
+use super::parameters::{DRY_FRICTION, Parameters, Precision};
 
 /// Standard deviation of the logarithm of the mass: a factor of two.
 const LOG_MASS_SD: f64 = 0.7;
@@ -13,6 +13,10 @@ const MASS_CENTRE_SD: f64 = 0.2;
 const INERTIA_SD: f64 = 0.3;
 /// Standard deviation of the damping per mass, 1/s. A wheel with this damping stops the body within 0.15 s.
 const DAMPING_SD_PER_S: f64 = 7.0;
+/// Standard deviation of the dry friction per mass, N/kg: a coefficient of friction of 0.15.
+const DRY_FRICTION_SD_N_PER_KG: f64 = 1.5;
+/// Precision of a friction that is zero, relative to that of the prior.
+const PINNED: f64 = 1e9;
 
 /// Prior, relative to the outline and the mass.
 #[derive(Clone, Debug)]
@@ -22,7 +26,7 @@ pub(super) struct BodyPrior {
     /// Mass centre of the outline, object frame, m.
     centre: [f64; 2],
     /// Half the sides of the bounding box, m.
-    half: [f64; 2],
+    pub half: [f64; 2],
     /// Radius of gyration of the outline about its mass centre, m.
     pub gyration: f64,
     /// Mean and precision of mass, first moments and inertia, known from steps that are no longer used.
@@ -44,8 +48,9 @@ impl BodyPrior {
             marginal.map(|factor| (mean.fixed_rows::<4>(0).into_owned(), factor.inverse())).or(self.known);
     }
 
-    /// Mean and precision. The prior of the mass is log-normal and expanded at `mass`; the others scale with it.
-    pub fn at(&self, mass: f64) -> (Parameters, Precision) {
+    /// Mean and precision. The prior of the mass is log-normal and expanded at `mass`; the others scale with it. Without dry
+    /// friction the last parameter is zero.
+    pub fn at(&self, mass: f64, is_dry: bool) -> (Parameters, Precision) {
         let ([cx, cy], [a, b], rho) = (self.centre, self.half, self.gyration * self.gyration);
         let expanded = mass * (1.0 - (mass / self.mass).ln());
         let mut precision = Precision::zeros();
@@ -65,6 +70,8 @@ impl BodyPrior {
         for (k, scale) in entries.into_iter().enumerate() {
             precision[(4 + k, 4 + k)] = (damping * scale).powi(-2);
         }
+        let pinned = if is_dry { 1.0 } else { PINNED };
+        precision[(DRY_FRICTION, DRY_FRICTION)] = pinned * (DRY_FRICTION_SD_N_PER_KG * mass).powi(-2);
         let mut mean = Parameters::zeros();
         mean[0] = expanded;
         mean[1] = expanded * cx;

@@ -1,3 +1,4 @@
+use super::parameters::PARAMETERS;
 use super::*;
 use crate::baseline::{Pushes, noisy, transitions};
 use trundle_model::{Effect, Kind, Plant};
@@ -99,15 +100,18 @@ fn contact_with_an_obstacle_hardly_changes_the_estimate() {
 
 #[test]
 fn the_equation_of_motion_is_that_of_the_plant() {
-    let plant = truth().resolved().unwrap();
-    let [m, x, y, inertia, xx, xy, yy, xt, yt, tt] = properties(&plant);
+    let mut model = truth();
+    let contact = Contact::new(model.body.com, [0.6, 0.4], [1e-6; 3]);
+    contact.add_to(&mut model, 35.0);
+    let (rolling, plant) = (truth().resolved().unwrap(), model.resolved().unwrap());
+    let [m, x, y, inertia, xx, xy, yy, xt, yt, tt] = properties(&rolling);
     let polar = inertia + m * (x * x + y * y);
-    let parameters = Parameters::from([m, m * x, m * y, polar, xx, xy, yy, xt, yt, tt]);
+    let parameters = Parameters::from([m, m * x, m * y, polar, xx, xy, yy, xt, yt, tt, 35.0]);
     // Fast and spinning, so that all terms of the rotating axes matter.
     let (before, wrench, dt) = ([0.0, 0.0, 0.7, 1.5, -1.0, 3.0], [40.0, -30.0, 20.0], 1e-4);
     let after = crate::baseline::hold(&plant, &before, &wrench, dt);
     let step = Transition { before, wrench, dt, after };
-    let equation = StepEquation::of(&step, &(nalgebra::Matrix3::identity() * 0.5));
+    let equation = StepEquation::of(&step, &(nalgebra::Matrix3::identity() * 0.5), &contact);
     let error = equation.regressors * parameters - equation.impulse;
     assert!(error.norm() < 1e-4 * equation.impulse.norm(), "{error} {}", equation.impulse);
 }
@@ -116,12 +120,13 @@ fn the_equation_of_motion_is_that_of_the_plant() {
 fn whitened_normal_equations_are_those_of_the_dense_covariance() {
     let data = observed(&pushes(5));
     let shape = nalgebra::Matrix3::identity() * 0.5;
-    let equations: Vec<_> = data.iter().map(|step| StepEquation::of(step, &shape)).collect();
+    let contact = Contact::new([0.0; 2], [0.6, 0.4], NOISE.twist);
+    let equations: Vec<_> = data.iter().map(|step| StepEquation::of(step, &shape, &contact)).collect();
     let weights = [1.0, 0.5, 0.2, 1.0, 0.7];
     let twist = nalgebra::Matrix3::new(2.0, 0.3, 0.1, 0.3, 1.5, 0.2, 0.1, 0.2, 0.9);
     let other = [0.4, 0.3, 0.2];
     let mut covariance = nalgebra::DMatrix::<f64>::zeros(15, 15);
-    let mut design = nalgebra::DMatrix::<f64>::zeros(15, 10);
+    let mut design = nalgebra::DMatrix::<f64>::zeros(15, PARAMETERS);
     let mut impulse = nalgebra::DVector::<f64>::zeros(15);
     for k in 0..5 {
         let block = twist * 2.0 + nalgebra::Matrix3::from_diagonal(&other.map(|v| v / weights[k]).into());
@@ -130,7 +135,7 @@ fn whitened_normal_equations_are_those_of_the_dense_covariance() {
             covariance.view_mut((3 * k, 3 * k - 3), (3, 3)).copy_from(&-twist);
             covariance.view_mut((3 * k - 3, 3 * k), (3, 3)).copy_from(&-twist.transpose());
         }
-        design.view_mut((3 * k, 0), (3, 10)).copy_from(&equations[k].regressors);
+        design.view_mut((3 * k, 0), (3, PARAMETERS)).copy_from(&equations[k].regressors);
         impulse.rows_mut(3 * k, 3).copy_from(&equations[k].impulse);
     }
     let log_determinant = 0.5 * covariance.determinant().ln();
@@ -149,7 +154,7 @@ fn the_prior_of_mass_centre_and_inertia_is_relative_to_the_mass() {
     // The outline lies off the origin, so that a uniform body of another mass has other first moments.
     let shifted = BOX.map(|[x, y]| [x + 0.2, y - 0.1]);
     let prior = BodyPrior::of(&Body::from_footprint(&shifted, 22.0).unwrap());
-    let (mean, precision) = prior.at(40.0);
+    let (mean, precision) = prior.at(40.0, false);
     let uniform = Body::from_footprint(&shifted, 60.0).unwrap();
     let [x, y] = uniform.com;
     let about_origin = uniform.inertia() + 60.0 * (x * x + y * y);
@@ -217,4 +222,59 @@ fn data_that_are_not_finite_are_refused() {
     let mut found = BodyRegression::new(Body::from_footprint(&BOX, 22.0).unwrap(), NOISE);
     assert!(found.update(&data).unwrap_err().to_string().contains("transition 1"));
     assert!(found.update(&[]).is_err());
+}
+
+/// Pushes of an object with dry friction of 40 N at its feet.
+fn rubbing(n: usize) -> Vec<Transition> {
+    let foot = |x: f64, y: f64| {
+        let effect = Effect::free(Kind::CoulombFriction);
+        effect.with("x", Some(x)).with("y", Some(y)).with("force", Some(10.0))
+    };
+    let feet = [foot(-0.5, -0.3), foot(0.5, -0.3), foot(0.5, 0.3), foot(-0.5, 0.3)];
+    let model = Model::nominal(Body::from_footprint(&BOX, 30.0).unwrap(), Some(30.0), [true; 3]);
+    let settings = Pushes { dt: 0.05, per_episode: n, ..Pushes::default() };
+    observed(&transitions(&model.with_effects(feet.to_vec()), n, 1, &settings).unwrap())
+}
+
+fn friction_of(model: &Model) -> Option<f64> {
+    let effect = model.effects.iter().find(|effect| effect.kind == Kind::SupportFriction)?;
+    effect.values[0]
+}
+
+#[test]
+fn dry_friction_is_found_where_it_acts_and_only_there() {
+    let friction = friction_of(&regression(&rubbing(40)).model()).unwrap();
+    assert!((friction / 40.0 - 1.0).abs() < 0.15, "{friction}");
+    assert_eq!(friction_of(&regression(&observed(&pushes(40))).model()), None);
+}
+
+#[test]
+fn an_object_that_does_not_yield_shows_friction() {
+    let still = |wrench: [f64; 3]| Transition { before: [0.0; 6], wrench, dt: 0.05, after: [0.0; 6] };
+    let of = |data: &[Transition]| friction_of(&regression(data).model());
+    let friction = of(&[still([30.0, 0.0, 0.0]), still([50.0, 0.0, 0.0]), still([10.0, 0.0, 0.0])]);
+    assert!(friction.is_some_and(|force| force > 49.0), "{friction:?}");
+    assert_eq!(of(&[still([0.5, 0.0, 0.0])]), None, "a free object would hardly move either");
+}
+
+#[test]
+fn the_mean_direction_of_a_noisy_velocity_and_its_unknown_share_are_those_of_samples() {
+    use rand::{RngExt, SeedableRng};
+    let contact = Contact::new([0.0; 2], [0.6, 0.4], [0.01, 0.01, 0.0]);
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    for speed in [0.0, 0.01, 0.1] {
+        let twist = nalgebra::Vector3::new(speed, 0.0, 0.0);
+        let sliding = contact.sliding(twist, twist);
+        // Between two observations the noise is a little less than that of one.
+        let sd = 0.01 / 1.3f64.sqrt();
+        let mut mean = 0.0;
+        let n = 20_000;
+        for _ in 0..n {
+            let [u, v]: [f64; 2] = [0, 1].map(|_| rng.sample::<f64, _>(rand_distr::StandardNormal) * sd);
+            mean += (speed + u) / (speed + u).hypot(v) / f64::from(n);
+        }
+        assert!((sliding.wrench[0] - mean).abs() < 0.1, "{speed}: {} {mean}", sliding.wrench[0]);
+        let rest = 1.0 - sliding.wrench[0] * sliding.wrench[0];
+        assert!((sliding.undirected - rest).abs() < 0.02, "{speed}");
+    }
 }

@@ -42,13 +42,18 @@ pub(crate) struct DryFriction<T> {
 }
 
 impl<T: Real> DryFriction<T> {
+    /// Whether the friction does not depend on the speed.
+    pub fn is_constant(&self) -> bool {
+        self.static_force.re() <= self.force.re()
+    }
+
     /// Coefficient `c` of `F = −c·v` at a velocity, N·s/m: `f(|v|) / √(|v|² + ε²)` with the Stribeck curve
     /// `f = F_c + (F_s − F_c) exp(−|v|²/v_s²)` (Armstrong-Hélouvry et al. 1994, eq. 5).
     #[inline]
     pub fn coefficient(&self, [vx, vy]: [T; 2]) -> T {
         let square = vx.squared() + vy.squared();
         let speed = (square + self.creep.squared()).sqrt();
-        if self.static_force.re() <= self.force.re() {
+        if self.is_constant() {
             return self.force / speed;
         }
         let fade = (-(square / self.stribeck.squared())).exp();

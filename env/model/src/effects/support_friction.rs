@@ -59,4 +59,9 @@ impl<T: Real> EffectLaw<T> for SupportFriction<T> {
             sum.add_isotropic_damping_at(point, c);
         }
     }
+
+    fn sliding_points(&self) -> Option<Vec<([T; 2], T)>> {
+        let points = || self.support.iter().map(|&(point, share)| (point, self.dry.force * share)).collect();
+        self.dry.is_constant().then(points)
+    }
 }

@@ -7,7 +7,7 @@ use crate::heading::Heading;
 use crate::implicit::ConstantMassMatrix;
 use crate::law::{Clock, EffectTarget, Lags, LawContext, MAX_INNER_STATES, Rigid};
 use crate::mount::Mount;
-use crate::{Body, Discrepancy, Law, LinearPropagator, ModelError, Real, State};
+use crate::{Body, Discrepancy, Law, LinearPropagator, ModelError, Real, SlidingPropagator, State};
 use std::sync::Arc;
 
 /// A model with values for all parameters, ready to be stepped.
@@ -254,8 +254,30 @@ impl<T: Real> Plant<T> {
 impl Plant<f64> {
     /// Precomputed step of a fixed length `dt`, s; `None` if forces or mass properties depend on the state.
     pub fn linear_propagator(&self, dt: f64) -> Option<LinearPropagator> {
-        let plain = !self.has_varying_force && !self.has_varying_mass && self.mount.is_none();
-        plain.then(|| LinearPropagator::new(&self.mass_matrix, self.com, &self.constant, dt))
+        (!self.has_varying_force && self.has_constant_mass()).then(|| self.linear_part(dt))
+    }
+
+    /// Precomputed rough step of a fixed length `dt`, s; `None` if forces other than dry friction at points, or mass
+    /// properties, depend on the state.
+    pub fn sliding_propagator(&self, dt: f64) -> Option<SlidingPropagator> {
+        if !self.has_constant_mass() || self.dof != [true; 3] || self.discrepancy.is_some() {
+            return None;
+        }
+        let varies =
+            |law: &&Law<f64>| law.constant_force().is_none() && law.spec().target == EffectTarget::Object;
+        let points: Option<Vec<_>> = self.laws.iter().filter(varies).map(Law::sliding_points).collect();
+        let Rigid { mass, com, inertia } = self.rigid(Clock::since_contact(0.0));
+        let points = points?.into_iter().flatten();
+        SlidingPropagator::new(self.linear_part(dt), points, [mass, inertia], com, dt)
+    }
+
+    fn has_constant_mass(&self) -> bool {
+        !self.has_varying_mass && self.mount.is_none()
+    }
+
+    /// The motion under the forces that do not depend on the state.
+    fn linear_part(&self, dt: f64) -> LinearPropagator {
+        LinearPropagator::new(&self.mass_matrix, self.com, &self.constant, dt)
     }
 }
 

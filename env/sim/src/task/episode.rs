@@ -1,5 +1,6 @@
 //! One episode of a task: dynamics, actions, observations and rewards.
 
+mod external;
 mod instruments;
 mod measurement;
 mod observation;
@@ -317,27 +318,31 @@ impl Episode {
             self.state.action_model.step(times, &self.task_object.body, &rigid, self.stepper.state());
         self.stepper.step(wrench, clock, dt)?;
         if let Some(poses) = poses {
-            let accel = self.gripper_acceleration(&poses, is_discontinuous);
             let recorded =
                 instant.unwrap_or([0, 1, 2].map(|k| (self.state.last_wrench[k] + wrench[k]) / 2.0));
-            self.record(recorded, &poses, accel, clock);
-            self.state.wrist_wrench = self.wrist_reading(wrench, &poses, accel, clock);
+            self.read_instruments(&poses, [recorded, wrench], is_discontinuous, clock);
         }
+        let impulse = self.stepper.is_touching().then(|| self.stepper.contact_impulse());
+        if is_pushing {
+            sums.pushing_ticks += 1;
+            sums.wrist = [0, 1, 2].map(|k| sums.wrist[k] + self.state.wrist_wrench[k]);
+        }
+        self.end_tick(wrench, impulse, sums);
+        Ok(())
+    }
+
+    /// Add a simulation step to the sums of the action: the mean wrench of the gripper, and the impulse of obstacles in
+    /// contact.
+    fn end_tick(&mut self, wrench: [f64; 3], impulse: Option<f64>, sums: &mut StepSums) {
         self.state.last_wrench = wrench;
         sums.effort += effort(wrench, self.state.action_model.grasp);
-        if self.stepper.is_touching() {
-            let impulse = self.stepper.contact_impulse();
+        if let Some(impulse) = impulse {
             // Version 0 counts every step within 2 cm of an obstacle.
             sums.touching_ticks += u32::from(self.options.version == 0 || impulse > 0.0);
             self.state.contact_impulse += impulse;
         }
         self.state.tick += 1;
-        if is_pushing {
-            sums.pushing_ticks += 1;
-            sums.wrist = [0, 1, 2].map(|k| sums.wrist[k] + self.state.wrist_wrench[k]);
-        }
         self.store_measurement();
-        Ok(())
     }
 
     /// Current mass properties.

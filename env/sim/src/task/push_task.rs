@@ -11,6 +11,7 @@ use trundle_record::{Contact, Metadata, Obstacle};
 use super::action_mode::ActionMode;
 use super::constants::MAX_ACTION_WIDTH;
 use super::episode::{self, Episode};
+use super::external_step::ExternalStep;
 use super::hidden::HiddenEffects;
 use super::options::Options;
 use super::outcome::Outcome;
@@ -189,6 +190,17 @@ impl PushTask {
         let (at, model) = (episode.seconds(), self.model());
         let error = model.map(|model| ModelError::NotFinite(NotFinite::of(&model, at)));
         error.map_or(Ok(Some(outcome)), |error| Err(error.into()))
+    }
+
+    /// Advance by one action along a motion that another simulator computed: one entry per simulation step. Returns `None`
+    /// if no episode is running.
+    ///
+    /// # Errors
+    /// If the options do not allow it, the number of steps is another one, or a value is not finite. The episode is then
+    /// unchanged.
+    pub fn follow(&mut self, motion: &[ExternalStep]) -> Result<Option<Outcome>, SimError> {
+        let episode = self.episode.as_mut().filter(|(_, episode)| !episode.ended());
+        episode.map(|(_, episode)| episode.follow(motion)).transpose()
     }
 
     /// Write the observation, [`Options::observation_len`] numbers, with new noise. Before the first reset nothing is

@@ -17,7 +17,9 @@ from trundle.experiments.sampling import Floats
 
 __all__ = [
     "BODY_HEIGHT_M",
+    "SLIP_STIFFNESS_RATIO",
     "add_bias",
+    "add_caster",
     "add_disc",
     "add_gripper",
     "add_point_mass",
@@ -33,6 +35,8 @@ __all__ = [
     "turned",
 ]
 
+SLIP_STIFFNESS_RATIO = 20.0
+"""Resistance of a caster's tyre to side slip over the resistance of its scrubbing at the pivot."""
 BODY_HEIGHT_M = 0.4
 """Height of the object's middle above the floor; leaves room for feet."""
 
@@ -106,6 +110,22 @@ def add_wheel(spec: Any, body: Any, name: str, wheel: Wheel) -> None:
     body.add_site(name=name, pos=[wheel.x, wheel.y, 0.0], quat=turned(wheel.angle))
     for axis, index, mu in (("along", 0, wheel.mu_x), ("across", 1, wheel.mu_y)):
         add_bias(spec, f"{name} {axis}", [0.0, 0.0, -mu], **site(name, index))
+
+
+def add_caster(
+    spec: Any, body: Any, name: str, pivot: Sequence[float], first: float, trail: float, side: float
+) -> None:
+    """Add a caster: a hinged arm from the tyre to the pivot, whose first direction is `first`, rad.
+
+    The tyre resists side slip strongly, and scrubs as it swivels. A massless arm turns so that the tyre's
+    side force balances the scrubbing torque. At the pivot it then resists sideways motion with `side`.
+    """
+    arm = body.add_body(name=name, pos=[*pivot, 0.0], quat=turned(first))
+    arm.add_joint(name=f"{name} swivel", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
+    arm.explicitinertial = True
+    arm.mass, arm.inertia, arm.ipos = 0.01, [1e-4, 1e-4, 1e-5], [0.0, 0.0, 0.0]
+    add_wheel(spec, arm, name, Wheel(-trail, 0.0, 0.0, 0.0, SLIP_STIFFNESS_RATIO * side))
+    add_bias(spec, f"{name} scrub", [0, 0, -side * trail**2], **site(name, 5))
 
 
 def set_wheel(model: Any, name: str, mu_x: float, mu_y: float) -> None:

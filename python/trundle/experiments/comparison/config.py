@@ -34,6 +34,8 @@ class Worlds:
         Arguments of the environment.
     effect : list of dict
         Further effects, drawn for each world; see `trundle.experiments.comparison.world.draw_effects`.
+    simulator : {"trundle", "mujoco"}
+        What computes the motion; see `trundle.experiments.comparison.mujoco_plant.MujocoPlant`.
     """
 
     title: str
@@ -43,11 +45,17 @@ class Worlds:
     agents: list[str]
     options: EnvOptions = field(default_factory=dict)
     effect: list[dict[str, Any]] = field(default_factory=list)
+    simulator: Literal["trundle", "mujoco"] = "trundle"
 
     @property
     def identity(self) -> dict[str, Any]:
         """Everything except the seed that an episode depends on."""
-        return {"env": self.env, "options": self.options, "effect": self.effect}
+        return {
+            "env": self.env,
+            "options": self.options,
+            "effect": self.effect,
+            "simulator": self.simulator,
+        }
 
     @property
     def seeds(self) -> range:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import trundle
+from trundle._optional import require
 from trundle.experiments.comparison.config import Worlds
 from trundle.picture import outlines
 from trundle.recording import TrundleError
@@ -17,6 +18,7 @@ from trundle.recording import TrundleError
 __all__ = ["boundary_points", "draw_effects", "make_world"]
 
 Env = gym.Env[Any, Any]
+MUJOCO_PLANT = "trundle.experiments.comparison.mujoco_plant"
 PLACE_PARAMETERS = {"com_offset": ("com_x", "com_y")}
 """Parameters of a place other than x and y."""
 
@@ -40,17 +42,24 @@ def make_world(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[E
         The first observation.
     """
     chosen = {**worlds.options, **options}
-    env, observation = make_env(worlds.env, chosen, seed)
-    if not worlds.effect:
-        return env, observation
-    source: Any = env.unwrapped
-    more = draw_effects(worlds.effect, source.hidden_model()["body"], seed)
-    env.close()
-    return make_env(worlds.env, {**chosen, "effects": [*chosen.get("effects", []), *more]}, seed)
+    if worlds.effect:
+        env = make_env(worlds.env, chosen)
+        env.reset(seed=seed)
+        source: Any = env.unwrapped
+        more = draw_effects(worlds.effect, source.hidden_model()["body"], seed)
+        env.close()
+        chosen["effects"] = [*chosen.get("effects", []), *more]
+    env = make_env(worlds.env, chosen)
+    if worlds.simulator == "mujoco":
+        purpose = "worlds that MuJoCo simulates"
+        require("mujoco", "mujoco", purpose)
+        env = require(MUJOCO_PLANT, "mujoco", purpose).MujocoPlant(env)
+    observation, _ = env.reset(seed=seed)
+    return env, observation
 
 
-def make_env(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray[np.float64]]:
-    """Make an environment and start its episode."""
+def make_env(name: str, options: Mapping[str, Any]) -> Env:
+    """Make an environment."""
     try:
         env = gym.make(name, **options)
     except (gym.error.Error, TypeError) as error:
@@ -58,8 +67,7 @@ def make_env(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDA
     flat = isinstance(env.observation_space, gym.spaces.Box)
     if not flat or not isinstance(env.unwrapped, trundle.envs.Push):
         raise TrundleError(f"{name}: choose a flat pushing environment, such as trundle/PushAround-v0")
-    observation, _ = env.reset(seed=seed)
-    return env, observation
+    return env
 
 
 def draw_effects(

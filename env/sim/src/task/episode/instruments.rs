@@ -45,6 +45,19 @@ impl Episode {
         }
     }
 
+    /// Record and read the wrist sensor after the step from `poses`: the recorded wrench and the mean one on the object.
+    pub(super) fn read_instruments(
+        &mut self,
+        poses: &Poses,
+        [recorded, mean]: [[f64; 3]; 2],
+        is_discontinuous: bool,
+        clock: Clock,
+    ) {
+        let accel = self.gripper_acceleration(poses, is_discontinuous);
+        self.record(recorded, poses, accel, clock);
+        self.state.wrist_wrench = self.wrist_reading(mean, poses, accel, clock);
+    }
+
     /// Acceleration of the gripper in the step from `poses`, world axes, m/s².
     pub(super) fn gripper_acceleration(&mut self, poses: &Poses, is_discontinuous: bool) -> [f64; 2] {
         let dt = self.options.step;

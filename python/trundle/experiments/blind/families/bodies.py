@@ -24,10 +24,8 @@ from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.scene import Scene, Wheel, draw_training_episode, draw_wheel
 from trundle.experiments.sampling import Floats
 
-__all__ = ["BODIES", "LOAD_DAMPING_RATIO", "SLIP_STIFFNESS_RATIO"]
+__all__ = ["BODIES", "LOAD_DAMPING_RATIO"]
 
-SLIP_STIFFNESS_RATIO = 20.0
-"""Resistance of a caster's tyre to side slip over the resistance of its scrubbing at the pivot."""
 LOAD_DAMPING_RATIO = 0.03
 """Damping ratio of a swinging load."""
 MIN_BODY_MASS_KG = 1e-4
@@ -44,24 +42,16 @@ def draw_event(rng: np.random.Generator, scene: Scene) -> Values:
 
 
 def build_caster(context: Context, values: Values) -> None:
-    """Add an arm hinged to the object, which points from the tyre to the pivot.
-
-    The tyre resists side slip strongly, and scrubs as it swivels. A massless arm turns so that the tyre's
-    side force balances the scrubbing torque. At the pivot it then resists sideways motion with `mu_side`.
-    """
-    trail, side, spec = values["trail"], values["mu_side"], context.spec
-    turn = world.turned(values["first"][context.episode])
-    arm = context.table.add_body(name="caster", pos=[*values["point"], 0.0], quat=turn)
-    arm.add_joint(name="swivel", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
-    arm.explicitinertial = True
-    arm.mass, arm.inertia, arm.ipos = 0.01, [1e-4, 1e-4, 1e-5], [0.0, 0.0, 0.0]
-    world.add_wheel(spec, arm, "caster", Wheel(-trail, 0.0, 0.0, 0.0, SLIP_STIFFNESS_RATIO * side))
-    world.add_bias(spec, "scrub", [0, 0, -side * trail**2], **world.site("caster", 5))
+    """Add a caster with its first direction of the episode."""
+    first = values["first"][context.episode]
+    world.add_caster(
+        context.spec, context.table, "caster", values["point"], first, values["trail"], values["mu_side"]
+    )
 
 
 def caster_parameters(scene: Scene, values: Values) -> Values:
     """Return the equivalent friction at the pivot, corrected for the tyre's slip."""
-    slip = 1.0 + 1.0 / SLIP_STIFFNESS_RATIO
+    slip = 1.0 + 1.0 / world.SLIP_STIFFNESS_RATIO
     return {"trail": values["trail"] * slip, "mu_side": values["mu_side"] / slip}
 
 

@@ -9,9 +9,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from trundle.experiments.blind.families.bodies import LOAD_DAMPING_RATIO, SLIP_STIFFNESS_RATIO
+from trundle.experiments.blind.families.bodies import LOAD_DAMPING_RATIO
 from trundle.experiments.blind.families.out_of_catalogue import remaining_mass, warming_factor
 from trundle.experiments.blind.family import Context, HiddenEffect, Values
+from trundle.experiments.blind.mujoco_world import SLIP_STIFFNESS_RATIO
 from trundle.experiments.blind.outline import OutlineDistance
 from trundle.experiments.blind.push import Kinematics, Wrench
 from trundle.experiments.blind.scene import Scene, Wheel
