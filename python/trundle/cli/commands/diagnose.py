@@ -17,6 +17,7 @@ from trundle.cli.options import (
     select_backend,
 )
 from trundle.cli.paths import DIAGNOSIS, Input, check_output, declare
+from trundle.cli.simulator import Simulator, add_simulator, select_simulator
 from trundle.progress import Progress
 
 HELP = "Locate where a simulation differs from a recording, and name the missing effects."
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RECORDING",
         type=Path,
         nargs="+",
-        help="recording: a folder with recording.toml, or with --mjcf a CSV log of joints",
+        help="recording: a folder with recording.toml, or with --mjcf or --step a CSV log of joints",
     )
     declare(parser, "recording", Input("RECORDING", "log"))
     add_model(parser)
@@ -41,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="MJCF or URDF file of a mechanism, which replaces that of the recording",
     )
     declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
+    add_simulator(parser)
     parser.add_argument(
         "--out",
         metavar="PATH",
@@ -75,10 +77,20 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose each recording and write its output folder."""
     from trundle.experiments.backends import Local, in_order
 
+    simulator = select_simulator(args)
     check_outputs(args)
     where = select_backend(args)
     quiet = args.quiet or where != Local(1)  # parallel progress lines would overlap
-    shared = (args.model, args.mjcf, args.seed, args.without, args.wrench_pose, not args.no_check, quiet)
+    shared = (
+        args.model,
+        args.mjcf,
+        simulator,
+        args.seed,
+        args.without,
+        args.wrench_pose,
+        not args.no_check,
+        quiet,
+    )
     calls = [(path, output_folder(path, args), command_line(path, args), *shared) for path in args.recording]
     refused = []
     for answer in in_order(where, diagnose_one, calls):
@@ -115,6 +127,7 @@ def diagnose_one(
     line: str,
     model: Path | None,
     mjcf: Path | None,
+    simulator: Simulator | None,
     seed: int,
     without: list[str],
     wrench_pose: Literal["own_time", "latest"],
@@ -131,11 +144,13 @@ def diagnose_one(
     import trundle
 
     try:
+        black_box = {} if simulator is None else simulator.load()
         with Progress(f"diagnosing {recording}", quiet=quiet) as progress:
             diagnosis = trundle.diagnose(
                 recording,
                 model,
                 mjcf=mjcf,
+                **black_box,
                 seed=seed,
                 without=without,
                 wrench_pose=wrench_pose,
@@ -168,6 +183,9 @@ def command_line(recording: Path, args: argparse.Namespace) -> str:
         words += ["--model", str(args.model)]
     if args.mjcf is not None:
         words += ["--mjcf", str(args.mjcf)]
+    simulator = select_simulator(args)
+    if simulator is not None:
+        words += simulator.words
     for effect in args.without:
         words += ["--without", effect]
     if args.wrench_pose != "own_time":
