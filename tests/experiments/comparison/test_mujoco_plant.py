@@ -28,6 +28,7 @@ def worlds(simulator: Any, **options: Any) -> Worlds:
 def last_poses(simulator: Any, seed: int, **options: Any) -> tuple[Any, Any, bool]:
     """Return the first and the last observed pose of random pushes, and whether an obstacle was touched."""
     env, first = make_world(worlds(simulator, **options), seed, {})
+    assert isinstance(env, MujocoPlant) == (simulator == "mujoco")
     rng, touched, last = np.random.default_rng(seed), False, first
     for _ in range(6):
         action = rng.uniform(-0.4, 0.4, 3).astype(np.float32)
@@ -39,10 +40,20 @@ def last_poses(simulator: Any, seed: int, **options: Any) -> tuple[Any, Any, boo
     return Observation(first).pose, Observation(last).pose, touched
 
 
-@pytest.mark.parametrize("options", [{"hidden": "locked"}, SLIDING], ids=["rolling", "sliding"])
+def has_caster(seed: int, options: dict[str, Any]) -> bool:
+    env: Any = make_world(worlds("trundle", **options), seed, {})[0].unwrapped
+    return any(effect["kind"] == "caster_swivel" for effect in env.hidden_model().get("effect", ()))
+
+
+@pytest.mark.parametrize(
+    "options", [{"hidden": "locked"}, {"hidden": "wheels"}, SLIDING], ids=["locked", "wheels", "sliding"]
+)
 def test_both_engines_move_the_object_alike(options: dict[str, Any]) -> None:
     compared = 0
     for seed in SEEDS:
+        if has_caster(seed, options):
+            # The first direction of a caster and the slip of its tyre differ.
+            continue
         start, ours, touched = last_poses("trundle", seed, **options)
         same_start, theirs, also = last_poses("mujoco", seed, **options)
         assert np.array_equal(start, same_start)
@@ -79,6 +90,15 @@ def test_the_adaptive_agent_reaches_goals_in_mujoco() -> None:
         row, _ = play(worlds("mujoco"), Agent("", "adaptive"), 0, seed)
         assert row["success"], seed
         assert row["touches"] == 0, seed
+
+
+def test_actions_are_clipped() -> None:
+    last = []
+    for size in (1.0, 3.0):
+        env, _ = make_world(worlds("mujoco"), 600_001, {})
+        for _ in range(4):
+            last.append(env.step(np.full(3, size, dtype=np.float32))[0])
+    assert np.array_equal(last[:4], last[4:])
 
 
 def test_other_objects_and_effects_are_refused() -> None:
