@@ -189,6 +189,8 @@ mod tests {
 
     #[test]
     fn other_forces_that_depend_on_the_state_have_no_sliding_propagator() {
+        let rail = Model { dof: [true, false, true], ..table(40.0) };
+        assert!(rail.resolved().unwrap().sliding_propagator(DT).is_none(), "a rail");
         let mut model = table(40.0);
         model.effects[1] = model.effects[1].clone().with("static_force", Some(60.0));
         assert!(model.resolved().unwrap().sliding_propagator(DT).is_none(), "breakaway friction");

@@ -255,6 +255,20 @@ fn an_object_that_does_not_yield_shows_friction() {
     let friction = of(&[still([30.0, 0.0, 0.0]), still([50.0, 0.0, 0.0]), still([10.0, 0.0, 0.0])]);
     assert!(friction.is_some_and(|force| force > 49.0), "{friction:?}");
     assert_eq!(of(&[still([0.5, 0.0, 0.0])]), None, "a free object would hardly move either");
+    let moved: Vec<_> = [still([50.0, 0.0, 0.0])].into_iter().chain(observed(&pushes(20))).collect();
+    assert_eq!(of(&moved), None, "it has moved since");
+}
+
+#[test]
+fn friction_of_unknown_direction_adds_half_its_square_to_the_variance_of_each_axis() {
+    let found = BodyRegression { friction: 40.0, weights: vec![0.5], ..regression(&rubbing(20)) };
+    let still = Transition { before: [0.0; 6], wrench: [10.0, 0.0, 0.0], dt: 0.05, after: [0.0; 6] };
+    let shape = nalgebra::Matrix3::identity() * 0.5;
+    let equations = [StepEquation::of(&still, &shape, &found.contact())];
+    let other = [3.0, 3.0, 1.0];
+    let variance = |is_dry| other[0] / found.weights_with(&equations, &other, is_dry)[0];
+    assert!((variance(false) - 6.0).abs() < 1e-12);
+    assert!((variance(true) - 6.0 - 0.5 * (40.0 * 0.05f64).powi(2)).abs() < 1e-9);
 }
 
 #[test]

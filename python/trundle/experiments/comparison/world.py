@@ -18,7 +18,6 @@ from trundle.recording import TrundleError
 __all__ = ["boundary_points", "draw_effects", "make_world"]
 
 Env = gym.Env[Any, Any]
-MUJOCO_PLANT = "trundle.experiments.comparison.mujoco_plant"
 PLACE_PARAMETERS = {"com_offset": ("com_x", "com_y")}
 """Parameters of a place other than x and y."""
 
@@ -51,9 +50,10 @@ def make_world(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[E
         chosen["effects"] = [*chosen.get("effects", []), *more]
     env = make_env(worlds.env, chosen)
     if worlds.simulator == "mujoco":
-        purpose = "worlds that MuJoCo simulates"
-        require("mujoco", "mujoco", purpose)
-        env = require(MUJOCO_PLANT, "mujoco", purpose).MujocoPlant(env)
+        require("mujoco", "mujoco", "worlds that MuJoCo simulates")
+        from trundle.experiments.comparison.mujoco_plant import MujocoPlant
+
+        env = MujocoPlant(env)
     observation, _ = env.reset(seed=seed)
     return env, observation
 
