@@ -215,7 +215,8 @@ class BodyLearner(Physics):
     """Learner of a rigid body on viscous wheels, by linear regression of its equation of motion.
 
     Mass, mass centre, inertia and the damping of all wheels together have one posterior mode, so that no
-    search is necessary. Unlike the paper's model, several wheels may resist. Effects that a diagnosis names
+    search is necessary. Dry friction of the whole object is added if the evidence for it is strong.
+    Unlike the paper's model, several wheels may resist. Effects that a diagnosis names
     are estimated as by `Physics`.
     """
 

@@ -73,12 +73,14 @@ def test_a_step_after_it_starts_from_the_given_state() -> None:
     [
         ({"poses": np.zeros((25, 2))}, r"\(n, 3\)"),
         ({"substeps": 24}, "24 instead of 25"),
+        ({"impulses": np.zeros(3)}, r"impulses of shape \(3,\)"),
+        ({"wrenches": "none"}, "could not convert"),
         ({"twists": np.full((25, 3), np.nan)}, "not finite in step 0"),
         ({"options": {"action": "velocity"}}, "wrench"),
         ({"options": {"arm": {"lag": 0.1}}}, "arm"),
         ({"options": {"realtime": 0.02}}, "arm"),
     ],
-    ids=["shape", "count", "finite", "action", "arm", "realtime"],
+    ids=["shape", "count", "impulses", "numbers", "finite", "action", "arm", "realtime"],
 )
 def test_other_motions_are_refused_and_change_nothing(change: dict[str, Any], message: str) -> None:
     env = make(**change.pop("options", {}))

@@ -8,10 +8,11 @@ from typing import Any, ClassVar
 import gymnasium as gym
 import numpy as np
 from gymnasium.error import ResetNeeded
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from trundle._native import NotFiniteError, Pushing, Snapshot, TrundleError
 from trundle.envs.action_error import ActionError
+from trundle.envs.external_motion import ExternalMotion, Stepped
 from trundle.envs.push_options import Names, options_toml, reset_options
 from trundle.envs.view import draw, require_episode
 from trundle.envs.window import Window
@@ -27,7 +28,7 @@ REACH, FACING = 0.05, 0.1
 """Default distance (m) and heading error (rad) within which a goal is reached."""
 
 
-class Push(gym.Env[Array, Action]):
+class Push(ExternalMotion, gym.Env[Array, Action]):
     """Base class of pushing environments; instantiate a subclass.
 
     ## Action Space
@@ -285,7 +286,7 @@ class Push(gym.Env[Array, Action]):
         self._draw()
         return observation.astype(self.dtype, copy=False), {}
 
-    def step(self, action: Action) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Action) -> Stepped:
         """Apply an action until the next one is due; see the class."""
         try:
             stepped = self._native.step(action)
@@ -295,57 +296,7 @@ class Push(gym.Env[Array, Action]):
             raise ActionError(str(error)) from None
         return self._returned(stepped)
 
-    def follow(
-        self, poses: ArrayLike, twists: ArrayLike, wrenches: ArrayLike, impulses: ArrayLike = 0.0
-    ) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Advance by one action along a motion that another simulator computed, instead of simulating it.
-
-        Goal, observations with their noise, costs and the end of the episode are those of `step`. n is the
-        number of simulation steps per action, the argument `substeps`.
-
-        Parameters
-        ----------
-        poses : array_like, shape (n, 3)
-            Pose of the object's frame after each step: x, y (m), heading (rad), world frame.
-        twists : array_like, shape (n, 3)
-            Velocity of the object's origin (m/s) and spin (rad/s) after each step, world axes.
-        wrenches : array_like, shape (n, 3)
-            Mean force (N) and torque (N m) of the gripper on the object during each step, object axes,
-            torque about the object's origin.
-        impulses : array_like, shape (n,), optional
-            Impulse of obstacles on the object during each step, N s.
-
-        Returns
-        -------
-        tuple
-            As `step`.
-
-        Raises
-        ------
-        TrundleError
-            If a shape is another one, a value is not finite, or `action`, `arm` or `realtime` is not the
-            default: the other simulator contains the arm. The episode is then unchanged.
-
-        Examples
-        --------
-        >>> import gymnasium, numpy, trundle
-        >>> push = gymnasium.make("trundle/PushPose-v1").unwrapped
-        >>> pose = trundle.envs.Observation(push.reset(seed=0)[0]).pose
-        >>> at_rest = numpy.zeros((25, 3))
-        >>> observation, *_ = push.follow(at_rest + pose, at_rest, at_rest)
-        """
-        parts = [np.asarray(part, dtype=np.float64) for part in (poses, twists, wrenches)]
-        shapes = {part.shape for part in parts}
-        if len(shapes) != 1 or parts[0].ndim != 2 or parts[0].shape[1] != 3:
-            raise TrundleError(
-                f"poses, twists, wrenches of shapes {[part.shape for part in parts]}: give (n, 3)"
-            )
-        struck = np.broadcast_to(np.asarray(impulses, dtype=np.float64), len(parts[0]))
-        return self._returned(self._native.follow(np.column_stack([*parts, struck])))
-
-    def _returned(
-        self, stepped: tuple[Array, float, bool, bool, dict[str, Any]] | None
-    ) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def _returned(self, stepped: Stepped | None) -> Stepped:
         if stepped is None:
             raise ResetNeeded("no running episode: call reset() before step(), and after an episode ends")
         if self.render_mode is not None:
@@ -395,23 +346,6 @@ class Push(gym.Env[Array, Action]):
             Before the first reset.
         """
         return require_episode(self._native.hidden())
-
-    def scene(self) -> dict[str, Any]:
-        """Return the true scene, for another simulator; not for the agent.
-
-        Returns
-        -------
-        dict
-            `object` and `goal`: poses (x, y, heading), m and rad, world frame. `obstacles`: polygons, m,
-            world frame.
-
-        Raises
-        ------
-        gymnasium.error.ResetNeeded
-            Before the first reset.
-        """
-        view = require_episode(self._native.view())
-        return {key: view[key] for key in ("object", "goal", "obstacles")}
 
     def hidden_values(self) -> Array:
         """Return the numbers that `Oracle` adds to observations, shape (10,); NaN before the first reset."""

@@ -1,4 +1,4 @@
-//! Regression of a rigid body on viscous wheels, from observed poses and twists and the applied wrench.
+//! Regression of a rigid body on viscous wheels, perhaps with dry friction, from observed poses and twists and the applied wrench.
 //!
 //! In object axes about the object's origin, with the twist `ν = (u, v, ω)`:
 //!
@@ -11,7 +11,7 @@
 //! manipulator loads and links", 1986). The posterior therefore has one mode, and no search is necessary.
 //!
 //! The sliding friction `F` of the whole body enters linearly too, with the direction of the observed twist. It is part of
-//! the model if that increases the evidence. An object at rest that does not yield to a wrench shows a friction of at
+//! the model if the evidence for it is strong. An object at rest that does not yield to a wrench shows a friction of at
 //! least that wrench.
 //!
 //! The equation is integrated over each step of constant wrench. The noise of an observed twist enters the two steps before
