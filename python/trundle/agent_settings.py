@@ -35,7 +35,8 @@ class AgentSettings(DisplayedFields):
         assumes that the wrench is the command at once.
     learner : {"body", "filter", "shooting", "linear", "local"}
         "body": a rigid body on viscous wheels (mass, mass centre, inertia, damping matrix), perhaps with dry
-        friction, by linear regression of its equation of motion before each action. "filter": the paper's model with one wheel,
+        friction, by linear regression of its equation of motion before each action.
+        "filter": the paper's model with one wheel,
         estimated online under the default likelihood. "shooting": the same model under eq. 8 of the paper.
         "linear", "local": linear or locally weighted regression of the motion.
     diagnose : bool
