@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 /// Sources of a diagnosis, relative to this crate.
-const DIAGNOSIS_SOURCES: [&str; 5] = [
+const DIAGNOSIS_SOURCES: [&str; 6] = [
     "../Cargo.lock",
     "../env/model/src",
     "../env/record/src",
     "../adaptive/infer/src",
     "../adaptive/diagnose/src",
+    "../adaptive/mechanism/src",
 ];
 
 /// Further sources of other results.
