@@ -261,18 +261,26 @@ pub(crate) fn episode_of(dict: &Bound<'_, PyDict>, [n, b, p]: [usize; 3]) -> PyR
     let mass = shaped("mass", &[n, b])?;
     let gravity = shaped("gravity", &[n, 3])?;
     let payload = shaped("payload", &[n, b, 10])?;
+    let (own_mass, own_payload) = (shaped("own_mass", &[n, b])?, shaped("own_payload", &[n, b, 10])?);
     let position = shaped("position", &[n, n])?;
     let by_parameter = if p > 0 { Some(shaped("parameter", &[n, p])?) } else { None };
     let (mass, gravity) = (mass.as_array(), gravity.as_array());
     let (payload, position) = (payload.as_array(), position.as_array());
+    let by_body = |array: ArrayViewD<'_, f64>| -> Vec<Vec<Vec<f64>>> {
+        (0..n).map(|j| (0..b).map(|k| column(array.view(), &[j, k])).collect()).collect()
+    };
+    let by_moment = |array: ArrayViewD<'_, f64>| -> Vec<Vec<[Vec<f64>; 10]>> {
+        let of = |j: usize, k: usize| std::array::from_fn(|i| column(array.view(), &[j, k, i]));
+        (0..n).map(|j| (0..b).map(|k| of(j, k)).collect()).collect()
+    };
     Ok(EpisodeDynamics {
         effort: (0..n).map(|j| column(effort.as_array(), &[j])).collect(),
         own_inertia: (0..n).map(|j| column(own_inertia.as_array(), &[j])).collect(),
-        by_mass: (0..n).map(|j| (0..b).map(|k| column(mass.view(), &[j, k])).collect()).collect(),
+        by_mass: by_body(mass),
+        inertia_by_mass: by_body(own_mass.as_array()),
         by_gravity: (0..n).map(|j| [0, 1, 2].map(|k| column(gravity.view(), &[j, k]))).collect(),
-        by_payload: (0..n)
-            .map(|j| (0..b).map(|k| std::array::from_fn(|i| column(payload.view(), &[j, k, i]))).collect())
-            .collect(),
+        by_payload: by_moment(payload),
+        inertia_by_payload: by_moment(own_payload.as_array()),
         by_offset: (0..n)
             .map(|j| {
                 let of = |k: usize| {

@@ -28,6 +28,13 @@ def changed(arm: Mechanism) -> Mechanism:
     return arm.adjusted()
 
 
+def own_inertia(mechanism: Mechanism) -> Floats:
+    """Return the diagonal of the mass matrix along the motion, (T, n)."""
+    matrix = mechanism.regressors(*motion(), derivatives=False).mass_matrix
+    diagonal: Floats = np.einsum("tii->ti", matrix)
+    return diagonal
+
+
 def test_the_effort_is_that_of_inverse_dynamics(arm: Mechanism, found: Regressors) -> None:
     np.testing.assert_array_equal(found.effort, arm.inverse_dynamics(*motion()))
     without = arm.regressors(*motion(), derivatives=False)
@@ -59,6 +66,8 @@ def test_mass(arm: Mechanism, found: Regressors, body: str) -> None:
     change = other.inverse_dynamics(*motion()) - found.effort
     assert np.abs(change).max() > 0.1
     np.testing.assert_allclose(added * found.mass[body], change, atol=1e-11)
+    own_change = own_inertia(other) - own_inertia(arm)
+    np.testing.assert_allclose(added * found.own_mass[body], own_change, atol=1e-11)
     np.testing.assert_allclose(
         arm.adjusted(mass={GROUPS[body][-1]: mass + added}).inverse_dynamics(*motion()),
         found.effort + change,
@@ -91,6 +100,9 @@ def test_payload(arm: Mechanism, found: Regressors, body: str) -> None:
     change = loaded.inverse_dynamics(*motion()) - found.effort
     assert np.abs(change).max() > 0.1
     np.testing.assert_allclose(found.payload[first] @ parameters, change, atol=1e-11)
+    change = own_inertia(loaded) - own_inertia(arm)
+    assert np.abs(change).max() > 1e-3
+    np.testing.assert_allclose(found.own_payload[first] @ parameters, change, atol=1e-11)
 
 
 def test_the_payload_is_no_part_of_the_mass_but_has_weight(arm: Mechanism) -> None:

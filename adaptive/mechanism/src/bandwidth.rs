@@ -4,7 +4,7 @@ use crate::kernel::Kernel;
 use crate::resample::{Grid, interpolated, median_interval};
 
 /// Standard deviation of a Gaussian filter with a cut-off (-3 dB) of 1 Hz, s: √(ln 2)/(2π).
-pub(crate) const SD_OF_ONE_HERTZ: f64 = 0.1325;
+const SD_OF_ONE_HERTZ: f64 = 0.1325;
 /// Largest share of the accelerations' variance that may be noise.
 const MAX_NOISE_SHARE: f64 = 0.01;
 /// Shares of the variances of velocity and acceleration that the filter keeps, of those at the highest useful cut-off
@@ -18,6 +18,11 @@ const MAX_SAMPLES: f64 = 4000.0;
 const MIN_SAMPLES: f64 = 200.0;
 /// Standard deviations of the filter between samples that are compared. Noise of neighbours is then correlated by 0.1.
 pub(crate) const SPACING_SDS: f64 = 3.0;
+
+/// Standard deviation of each of the two filter stages with a cut-off frequency, s.
+pub(crate) fn stage_sd(frequency: f64) -> f64 {
+    SD_OF_ONE_HERTZ / frequency / 2f64.sqrt()
+}
 
 /// Positions of one joint in one episode.
 pub(crate) struct Positions<'a> {

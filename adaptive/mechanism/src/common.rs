@@ -1,30 +1,29 @@
 //! Parameters that enter the equations of all joints of a model: masses, loads, gravity, offsets of encoders.
 
-use crate::dynamics::EpisodeDynamics;
+use crate::dynamics::{EpisodeDynamics, Needed};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
 use crate::problem::Problem;
 
-/// Effort that a model needs at joint `j` in an episode, for given values.
+/// What a model needs at joint `j` in an episode, for given values; its own inertia only if that is wanted.
 pub(crate) fn needed(
     problem: &Problem,
     dynamics: &EpisodeDynamics,
     j: usize,
-    effects: &[Effect],
-    slots: &[Slot],
-    values: &[f64],
-) -> Vec<f64> {
+    (effects, slots, values): (&[Effect], &[Slot], &[f64]),
+    wants_inertia: bool,
+) -> Needed<f64> {
     let mut sum = dynamics.effort[j].clone();
-    let mut add = |series: &[f64], factor: f64| {
-        sum.iter_mut().zip(series).for_each(|(sum, x)| *sum += factor * x);
-    };
+    let mut inertia = wants_inertia.then(|| dynamics.own_inertia[j].clone());
     for (slot, value) in slots.iter().zip(values) {
         match slot.role {
             Role::Nominal(Nominal::Mass(body)) => {
-                add(&dynamics.by_mass[j][body], value - problem.bodies[body].1);
+                let change = value - problem.bodies[body].1;
+                add(&mut sum, &dynamics.by_mass[j][body], change);
+                inertia.iter_mut().for_each(|sum| add(sum, &dynamics.inertia_by_mass[j][body], change));
             }
             Role::Nominal(Nominal::Parameter(k)) => {
                 let reference = problem.simulator.as_ref().map_or(0.0, |s| s.parameters[k].reference);
-                add(&dynamics.by_parameter[j][k], value - reference);
+                add(&mut sum, &dynamics.by_parameter[j][k], value - reference);
             }
             _ => {}
         }
@@ -33,22 +32,22 @@ pub(crate) fn needed(
         match effect.kind {
             Kind::Payload(body) => {
                 let weights = payload(&effect.values);
-                dynamics.by_payload[j][body].iter().zip(weights).for_each(|(series, w)| add(series, w));
+                add_all(&mut sum, &dynamics.by_payload[j][body], &weights);
+                inertia
+                    .iter_mut()
+                    .for_each(|sum| add_all(sum, &dynamics.inertia_by_payload[j][body], &weights));
             }
             Kind::BaseTilt => {
-                let change = gravity_change(problem.gravity, &effect.values);
-                dynamics.by_gravity[j].iter().zip(change).for_each(|(series, w)| add(series, w));
+                add_all(&mut sum, &dynamics.by_gravity[j], &gravity_change(problem.gravity, &effect.values));
             }
             Kind::EncoderOffset(other) => {
                 let offset = effect.values[0];
-                let [first, second] = &dynamics.by_offset[j][other];
-                add(first, -offset);
-                add(second, 0.5 * offset * offset);
+                add_all(&mut sum, &dynamics.by_offset[j][other], &[-offset, 0.5 * offset * offset]);
             }
             Kind::Joint(..) => {}
         }
     }
-    sum
+    Needed { effort: sum, own_inertia: inertia }
 }
 
 /// Derivative of [`needed`] by a slot.
@@ -56,17 +55,18 @@ pub(crate) fn slope(
     problem: &Problem,
     dynamics: &EpisodeDynamics,
     j: usize,
-    effects: &[Effect],
     slot: &Slot,
-    (slots, values): (&[Slot], &[f64]),
-) -> Vec<f64> {
+    (effects, slots, values): (&[Effect], &[Slot], &[f64]),
+    wants_inertia: bool,
+) -> Needed<f64> {
     let mut sum = vec![0.0; dynamics.effort[j].len()];
-    let mut add = |series: &[f64], factor: f64| {
-        sum.iter_mut().zip(series).for_each(|(sum, x)| *sum += factor * x);
-    };
+    let mut inertia = wants_inertia.then(|| sum.clone());
     match slot.role {
-        Role::Nominal(Nominal::Mass(body)) => add(&dynamics.by_mass[j][body], 1.0),
-        Role::Nominal(Nominal::Parameter(k)) => add(&dynamics.by_parameter[j][k], 1.0),
+        Role::Nominal(Nominal::Mass(body)) => {
+            add(&mut sum, &dynamics.by_mass[j][body], 1.0);
+            inertia.iter_mut().for_each(|sum| add(sum, &dynamics.inertia_by_mass[j][body], 1.0));
+        }
+        Role::Nominal(Nominal::Parameter(k)) => add(&mut sum, &dynamics.by_parameter[j][k], 1.0),
         Role::Nominal(_) => {}
         Role::Effect(index, param) => {
             let all = with_values(effects, slots, values);
@@ -74,22 +74,30 @@ pub(crate) fn slope(
             match effect.kind {
                 Kind::Payload(body) => {
                     let weights = payload_slope(&effect.values, param);
-                    dynamics.by_payload[j][body].iter().zip(weights).for_each(|(series, w)| add(series, w));
+                    add_all(&mut sum, &dynamics.by_payload[j][body], &weights);
+                    let own = &dynamics.inertia_by_payload[j][body];
+                    inertia.iter_mut().for_each(|sum| add_all(sum, own, &weights));
                 }
                 Kind::BaseTilt => {
                     let slope = gravity_slope(problem.gravity, &effect.values, param);
-                    dynamics.by_gravity[j].iter().zip(slope).for_each(|(series, w)| add(series, w));
+                    add_all(&mut sum, &dynamics.by_gravity[j], &slope);
                 }
                 Kind::EncoderOffset(other) => {
-                    let [first, second] = &dynamics.by_offset[j][other];
-                    add(first, -1.0);
-                    add(second, effect.values[0]);
+                    add_all(&mut sum, &dynamics.by_offset[j][other], &[-1.0, effect.values[0]]);
                 }
                 Kind::Joint(..) => {}
             }
         }
     }
-    sum
+    Needed { effort: sum, own_inertia: inertia }
+}
+
+fn add(sum: &mut [f64], series: &[f64], factor: f64) {
+    sum.iter_mut().zip(series).for_each(|(sum, x)| *sum += factor * x);
+}
+
+fn add_all(sum: &mut [f64], series: &[Vec<f64>], factors: &[f64]) {
+    series.iter().zip(factors).for_each(|(series, factor)| add(sum, series, *factor));
 }
 
 /// Effects with the values of their slots.

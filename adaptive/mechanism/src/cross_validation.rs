@@ -2,11 +2,22 @@
 //!
 //! The equations are nearly linear in the parameters, so that the fit without a part is one step from the fit to all
 //! parts (the one-step jackknife; Efron 1982).
+//!
+//! A drive may saturate, or a joint meet a stop, in one part only. The other parts then tell nothing about the limit, and no
+//! model could predict the part. Such a part is divided further, into blocks that are left out one at a time. Other laws act
+//! everywhere: if only one part shows an effect, its cause is something else in this part.
 
-use crate::fit::{Fit, bounded_step};
-use crate::problem::Problem;
-use crate::rows::{JointRows, Scope, evaluate, normal_equations, parts, weight};
+use crate::fit::{Fit, bounded_step, variances};
+use crate::model::Role;
+use crate::problem::{Problem, spacing};
+use crate::rows::{JointRows, Place, Scope, evaluate, normal_equations, parts, weight};
 use nalgebra::DVector;
+
+/// Factor of a limit's variance without a fold from which on the fold alone determines it. It is 2 if two folds determine it
+/// equally.
+const MIN_VARIANCE_FACTOR: f64 = 10.0;
+/// Compared samples of a block; neighbouring samples are nearly independent.
+const SAMPLES_PER_BLOCK: usize = 5;
 
 /// Predicted residuals of every joint, in order of time within each fold.
 #[derive(Clone, Debug)]
@@ -32,26 +43,73 @@ pub(crate) fn folds(problem: &Problem) -> usize {
 /// Residuals of every fold under the model fitted without it.
 pub(crate) fn left_out(problem: &Problem, fit: &Fit) -> LeftOut {
     let rows = evaluate(problem, &fit.effects, &fit.slots, &fit.values, Scope::Training, true);
-    let steps: Vec<Option<DVector<f64>>> =
-        (0..folds(problem)).map(|fold| step_without(&rows, fit, fold)).collect();
-    let mut residuals = vec![vec![vec![]; steps.len()]; problem.joints.len()];
-    for own in &rows {
-        for (fold, step) in steps.iter().enumerate() {
-            let change = step.as_ref().map(|step| {
-                let local = DVector::from_iterator(own.columns.len(), own.columns.iter().map(|k| step[*k]));
-                &own.jacobian * local
-            });
-            for (row, _) in own.places.iter().enumerate().filter(|(_, place)| place.fold == fold) {
-                let moved = change.as_ref().map_or(0.0, |change| change[row]);
-                residuals[own.joint][fold].push(own.residual[row] + moved);
-            }
-        }
+    let known = known_with(&rows, fit, &|_| true);
+    let mut residuals = vec![vec![]; problem.joints.len()];
+    for fold in 0..folds(problem) {
+        let found = left_out_of(problem, fit, &rows, fold, &known);
+        residuals.iter_mut().zip(found).for_each(|(all, own)| all.push(own));
     }
     LeftOut { residuals }
 }
 
-fn step_without(rows: &[JointRows], fit: &Fit, fold: usize) -> Option<DVector<f64>> {
+/// Residuals of one fold by joint.
+fn left_out_of(
+    problem: &Problem,
+    fit: &Fit,
+    rows: &[JointRows],
+    fold: usize,
+    known: &[f64],
+) -> Vec<Vec<f64>> {
+    let is_alone = determines_alone(rows, fit, fold, known);
+    let block = |place: &Place| if is_alone { block(problem, place) } else { 0 };
+    let all = || rows.iter().flat_map(|own| &own.places).filter(|place| place.fold == fold);
+    let first = all().map(block).min().unwrap_or(0);
+    let count = all().map(block).max().map_or(0, |last| last + 1 - first);
+    let steps: Vec<Option<DVector<f64>>> = (0..count)
+        .map(|k| step_without(rows, fit, &|place| place.fold == fold && block(place) == first + k))
+        .collect();
+    let mut residuals = vec![vec![]; problem.joints.len()];
+    for own in rows {
+        for (row, place) in own.places.iter().enumerate().filter(|(_, place)| place.fold == fold) {
+            let change = |step: &DVector<f64>| -> f64 {
+                let columns = own.columns.iter().enumerate();
+                columns.map(|(column, k)| own.jacobian[(row, column)] * step[*k]).sum()
+            };
+            let moved = steps[block(place) - first].as_ref().map_or(0.0, change);
+            residuals[own.joint].push(own.residual[row] + moved);
+        }
+    }
+    residuals
+}
+
+/// Number of a place's block in its episode.
+fn block(problem: &Problem, place: &Place) -> usize {
+    let episode = &problem.episodes[place.episode];
+    place.sample / (SAMPLES_PER_BLOCK * spacing(&episode.kernel, episode.dt))
+}
+
+/// Whether one fold alone determines the limit of a law. `known` are the variances with all folds.
+fn determines_alone(rows: &[JointRows], fit: &Fit, fold: usize, known: &[f64]) -> bool {
+    let is_limit = |k: usize| match fit.slots[k].role {
+        Role::Effect(effect, param) => fit.effects[effect].kind.params()[param].is_limit,
+        Role::Nominal(_) => false,
+    };
+    let mut own = (0..known.len()).filter(|k| is_limit(*k)).peekable();
+    if own.peek().is_none() {
+        return false;
+    }
+    let without = known_with(rows, fit, &|place| place.fold != fold);
+    own.any(|k| without.get(k).is_none_or(|variance| *variance > MIN_VARIANCE_FACTOR * known[k]))
+}
+
+/// Variances of all parameters given the rows that `keep` selects.
+fn known_with(rows: &[JointRows], fit: &Fit, keep: &dyn Fn(&Place) -> bool) -> Vec<f64> {
+    let (precision, _) = normal_equations(rows, &fit.sd, &fit.slots, &fit.values, keep);
+    variances(&precision).unwrap_or_default()
+}
+
+fn step_without(rows: &[JointRows], fit: &Fit, is_left_out: &dyn Fn(&Place) -> bool) -> Option<DVector<f64>> {
     let (matrix, right) =
-        normal_equations(rows, &fit.sd, &fit.slots, &fit.values, &|place| place.fold != fold);
+        normal_equations(rows, &fit.sd, &fit.slots, &fit.values, &|place| !is_left_out(place));
     bounded_step(&matrix, &right, &fit.slots, &fit.values, 0.0, &|_| true)
 }

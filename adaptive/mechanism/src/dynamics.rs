@@ -11,15 +11,28 @@ pub struct EpisodeDynamics {
     pub own_inertia: Vec<Vec<f64>>,
     /// Derivative of the effort by each body's mass, whose inertia scales with it: by joint, then by body.
     pub by_mass: Vec<Vec<Vec<f64>>>,
+    /// The same of the own inertia.
+    pub inertia_by_mass: Vec<Vec<Vec<f64>>>,
     /// Derivative of the effort by each component of gravity, world axes: by joint, then x, y, z.
     pub by_gravity: Vec<[Vec<f64>; 3]>,
     /// Derivative of the effort by a point mass on a body, body axes: by joint, then by body, then by m, m·x, m·y, m·z,
     /// m·x², m·y², m·z², m·x·y, m·x·z, m·y·z.
     pub by_payload: Vec<Vec<[Vec<f64>; 10]>>,
+    /// The same of the own inertia.
+    pub inertia_by_payload: Vec<Vec<[Vec<f64>; 10]>>,
     /// First and second derivative of the effort by the position of another joint: by joint, then by the other joint.
     pub by_offset: Vec<Vec<[Vec<f64>; 2]>>,
     /// Derivative of the effort by each parameter of the user's own simulator: by joint, then by parameter.
     pub by_parameter: Vec<Vec<Vec<f64>>>,
+}
+
+/// What the links of a model need at one joint along an episode.
+#[derive(Clone, Debug)]
+pub(crate) struct Needed<T> {
+    /// Effort, without armature and damping.
+    pub effort: Vec<T>,
+    /// Own inertia of the joint; `None` if no law reads it.
+    pub own_inertia: Option<Vec<T>>,
 }
 
 /// A change of the load on an axis without a model.

@@ -1,8 +1,10 @@
 //! The equation of one joint along the measured motion: what its drive and the laws exert, less what the mechanism
 //! needs. Its residual is zero for the right model.
 
+use crate::bandwidth::stage_sd;
+use crate::deflection::{Unmeasured, noise_share, transmitted};
 use crate::drive::Drive;
-use crate::dynamics::AxisLoad;
+use crate::dynamics::{AxisLoad, Needed};
 use crate::laws::{JointSample, Law, law_terms, magnitude};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
 use crate::play::{Side, unseen_side};
@@ -154,8 +156,16 @@ impl<T: Real> JointModel<T> {
         effort * on
     }
 
+    /// Whether the derivative of the residual by the needed effort is minus [`Residual::per_effort`], and no law reads the own
+    /// inertia.
+    pub fn is_linear_in_needed(&self) -> bool {
+        let is_linear =
+            |law: &Law<T>| !law.reads_external() && law.compliance().is_none() && law.gap().is_none();
+        self.laws.iter().all(is_linear)
+    }
+
     /// Effort that the links need without armature, damping and friction. `common` is that of the model.
-    fn needed(&self, series: &Series, load: &AxisLoad, common: Option<&[f64]>) -> Vec<T> {
+    fn needed(&self, series: &Series, load: &AxisLoad, common: Option<&Needed<T>>) -> Vec<T> {
         let axis = |k: usize| {
             let (sin, cos) = (-self.offset + series.q[k]).sin_cos();
             let own = self.inertia * series.a[k] * load.inertia_factor;
@@ -163,7 +173,7 @@ impl<T: Real> JointModel<T> {
                 + sin * load.gravity_torque
                 + (load.inertia * series.a[k] + load.effort)
         };
-        (0..series.q.len()).map(|k| common.map_or_else(|| axis(k), |common| T::lift(common[k]))).collect()
+        (0..series.q.len()).map(|k| common.map_or_else(|| axis(k), |common| common.effort[k])).collect()
     }
 
     /// Residual at every time of an episode.
@@ -172,7 +182,7 @@ impl<T: Real> JointModel<T> {
         problem: &Problem,
         j: usize,
         episode: &EpisodeData,
-        common: Option<&[f64]>,
+        common: Option<&Needed<T>>,
     ) -> Residual<T> {
         let (setup, series) = (&problem.joints[j], &episode.joints[j]);
         let is_driven = setup.drive != Drive::None;
@@ -194,25 +204,25 @@ impl<T: Real> JointModel<T> {
         let known = episode.first_stage.filtered(&series.known);
         let needed = self.needed(series, &episode.load, common);
         let own_inertia = |k: usize| {
-            let axis = || self.inertia.re() * episode.load.inertia_factor + episode.load.inertia;
-            episode.dynamics.as_ref().map_or_else(axis, |dynamics| dynamics.own_inertia[j][k])
+            let axis = || self.inertia * episode.load.inertia_factor + episode.load.inertia;
+            let given =
+                || episode.dynamics.as_ref().map_or_else(axis, |given| T::lift(given.own_inertia[j][k]));
+            common.and_then(|common| common.own_inertia.as_ref()).map_or_else(given, |own| own[k])
         };
-        let transmitted = |k: usize| match (&drive, setup.encoder_on_drive) {
-            // The measured acceleration would let a compliance filter the noise of the positions.
-            (Some(drive), false) => {
-                drive[k].re() - self.armature.re() * series.a[k] - self.damping.re() * series.v[k]
-            }
-            _ => needed[k].re() - known[k],
-        };
-        let transmitted: Vec<f64> = (0..series.q.len()).map(transmitted).collect();
-        let external = |k: usize| known[k] - (needed[k].re() - own_inertia(k) * series.a[k]);
+        let external = |k: usize| own_inertia(k) * series.a[k] - needed[k] + known[k];
         let on_drive = setup.encoder_on_drive;
-        let elastic = self.compliant(on_drive, &transmitted, &own_inertia, episode.dt);
-        let loose = self.loose(series, on_drive, drive.as_deref(), &external, &own_inertia, episode.dt);
+        let rigid = |k: usize| match (&drive, on_drive) {
+            // The measured acceleration would let a compliance filter the noise of the positions.
+            (Some(drive), false) => drive[k] - self.armature * series.a[k] - self.damping * series.v[k],
+            _ => needed[k] - known[k],
+        };
+        let elastic = self.elastic(series.q.len(), on_drive, &rigid, &own_inertia, episode.dt);
+        let loose = self.loose(&series.q, on_drive, drive.as_deref(), &external, &own_inertia, episode.dt);
         let bridged = drive.as_ref().zip(loose.as_ref()).filter(|_| !on_drive).map(|(drive, loose)| {
             let sum: Vec<T> = drive.iter().zip(loose).map(|(drive, loose)| *drive + *loose).collect();
             delivered_share(&|k| drive[k].re(), &sum)
         });
+        let filtered = self.noise_share(problem, on_drive, &own_inertia, series.q.len());
         let compliant = elastic.or(loose);
         let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
@@ -221,7 +231,8 @@ impl<T: Real> JointModel<T> {
         let gain = self
             .gain
             .map_or_else(|| T::lift(1.0), |gain| at_least_small(magnitude(gain / setup.reference_gain)));
-        let size = clipped.into_iter().chain(bridged).fold(gain, |size, share| size * share).recip();
+        let shares = clipped.into_iter().chain(bridged).chain(filtered);
+        let size = shares.fold(gain, |size, share| size * share).recip();
         let one = |k: usize| {
             let (q, v, a) = (series.q[k], series.v[k], series.a[k]);
             let external = external(k);
@@ -257,64 +268,76 @@ impl<T: Real> JointModel<T> {
         Residual { values, per_effort, friction }
     }
 
-    /// Effort by which a compliance between drive and joint changes the equation; `None` without one.
-    fn compliant(
+    /// Effort by which an elastic transmission changes the equation; `None` without one. `rigid` is the effort that a rigid
+    /// one would transmit.
+    fn elastic(
         &self,
+        len: usize,
         encoder_on_drive: bool,
-        transmitted: &[f64],
-        own_inertia: &dyn Fn(usize) -> f64,
+        rigid: &dyn Fn(usize) -> T,
+        own_inertia: &dyn Fn(usize) -> T,
         dt: f64,
     ) -> Option<Vec<T>> {
         let compliance = self.laws.iter().find_map(Law::compliance)?;
-        let lead = |k: usize| {
-            compliance.per_effort * transmitted[k] - compliance.per_effort_rate * slope(transmitted, k, dt)
+        let side = |k: usize| match encoder_on_drive {
+            true => Unmeasured { inertia: own_inertia(k), damping: T::zero() },
+            false => Unmeasured { inertia: self.armature, damping: self.damping },
         };
-        let lead: Vec<T> = (0..transmitted.len()).map(lead).collect();
-        let one = |k: usize| {
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(lead.len() - 1));
-            let curvature = (lead[after] - lead[k] * 2.0 + lead[before]) / (dt * dt);
-            if encoder_on_drive {
-                // The joint lags behind the drive, whose motion is measured.
-                return curvature * own_inertia(k);
-            }
-            let slope = (lead[after] - lead[before]) / (2.0 * dt);
-            -(self.armature * curvature) - self.damping * slope
+        let rigid: Vec<T> = (0..len).map(rigid).collect();
+        let found = transmitted(&rigid, compliance, &side, dt);
+        let change = |(found, rigid): (&T, &T)| {
+            if encoder_on_drive { *rigid - *found } else { *found - *rigid }
         };
-        Some((0..transmitted.len()).map(one).collect())
+        Some(found.iter().zip(&rigid).map(change).collect())
     }
 
-    /// Effort by which a play between drive and joint changes the equation; `None` without one. `effort` is that of the
-    /// drive, `external` that of the surroundings on the links.
+    /// See [`noise_share`]; with the mean own inertia of an episode.
+    fn noise_share(
+        &self,
+        problem: &Problem,
+        encoder_on_drive: bool,
+        own_inertia: &dyn Fn(usize) -> T,
+        len: usize,
+    ) -> Option<T> {
+        let compliance = self.laws.iter().find_map(Law::compliance)?;
+        let mut own = T::zero();
+        (0..len).for_each(|k| own += own_inertia(k) / len as f64);
+        let drive = Unmeasured { inertia: self.armature, damping: self.damping };
+        let (other, measured) = match encoder_on_drive {
+            true => (Unmeasured { inertia: own, damping: T::zero() }, self.armature),
+            false => (drive, own),
+        };
+        Some(noise_share(compliance, other, measured, stage_sd(problem.bandwidth)))
+    }
+
+    /// Effort by which a play between drive and joint changes the equation; `None` without one. `seen` are the positions of
+    /// the measured side, `effort` is that of the drive, `external` that of the surroundings on the links.
     fn loose(
         &self,
-        series: &Series,
+        seen: &[f64],
         encoder_on_drive: bool,
         effort: Option<&[T]>,
-        external: &dyn Fn(usize) -> f64,
-        own_inertia: &dyn Fn(usize) -> f64,
+        external: &dyn Fn(usize) -> T,
+        own_inertia: &dyn Fn(usize) -> T,
         dt: f64,
     ) -> Option<Vec<T>> {
         let gap = self.laws.iter().find_map(Law::gap)?;
         let side = |k: usize| {
             if encoder_on_drive {
-                return Side {
-                    effort: T::lift(external(k)),
-                    inertia: T::lift(own_inertia(k)),
-                    damping: T::zero(),
-                };
+                return Side { effort: external(k), inertia: own_inertia(k), damping: T::zero() };
             }
             let effort = effort.map_or_else(T::zero, |effort| effort[k]);
             Side { effort, inertia: self.armature, damping: self.damping }
         };
-        let unseen = unseen_side(&series.q, gap, dt, &side);
+        let unseen = unseen_side(seen, gap, dt, &side);
         let one = |k: usize| {
             let [a, v] = unseen[k];
             let (before, after) = (k.saturating_sub(1), (k + 1).min(unseen.len() - 1));
-            let seen = (series.q[after] - 2.0 * series.q[k] + series.q[before]) / (dt * dt);
+            let curvature = (seen[after] - 2.0 * seen[k] + seen[before]) / (dt * dt);
             if encoder_on_drive {
-                return (-a + seen) * own_inertia(k);
+                return (-a + curvature) * own_inertia(k);
             }
-            self.armature * (-a + seen) + self.damping * (-v + slope(&series.q, k, dt))
+            self.armature * (-a + curvature) + self.damping * (-v + slope(seen, k, dt))
         };
         Some((0..unseen.len()).map(one).collect())
     }

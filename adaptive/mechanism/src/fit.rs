@@ -191,9 +191,16 @@ pub(crate) fn fit_with(
 
 /// Number of parameters that the data determine, from the precision of data and prior together.
 fn rank(precision: &DMatrix<f64>, slots: &[Slot]) -> f64 {
-    let scale: Vec<f64> = (0..slots.len()).map(|k| precision[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
-    let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, k| precision[(i, k)] / (scale[i] * scale[k]));
-    let Some(covariance) = scaled.cholesky().map(|c| c.inverse()) else { return slots.len() as f64 };
-    let by_prior = |k: usize| covariance[(k, k)] / (scale[k] * slots[k].prior[1]).powi(2);
-    slots.len() as f64 - (0..slots.len()).map(by_prior).sum::<f64>()
+    let Some(variances) = variances(precision) else { return slots.len() as f64 };
+    let by_prior = |(variance, slot): (&f64, &Slot)| variance / slot.prior[1].powi(2);
+    slots.len() as f64 - variances.iter().zip(slots).map(by_prior).sum::<f64>()
+}
+
+/// Variances of all parameters from their precision; `None` if it is not positive definite.
+pub(crate) fn variances(precision: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let count = precision.nrows();
+    let scale: Vec<f64> = (0..count).map(|k| precision[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
+    let scaled = DMatrix::from_fn(count, count, |i, k| precision[(i, k)] / (scale[i] * scale[k]));
+    let covariance = scaled.cholesky()?.inverse();
+    Some((0..count).map(|k| covariance[(k, k)] / (scale[k] * scale[k])).collect())
 }

@@ -37,6 +37,8 @@ const NEGLIGIBLE_NOISES: f64 = 10.0;
 pub(crate) struct LackOfFit {
     /// Mean square of the residual that the regression predicts, or that is correlated in time, squared effort.
     pub mean_square: f64,
+    /// Whether it is larger than the noise, so that an effect may explain it.
+    pub is_larger_than_noise: bool,
     /// Whether it is more than chance, and more than a negligible multiple of the noise or share of the effort.
     pub exceeds_noise: bool,
     /// Whether it is more than chance and more than a negligible share of the effort.
@@ -94,7 +96,12 @@ pub(crate) fn lack_of_fit(problem: &Problem, model: &Tried, joint: usize) -> Lac
     let found = correlated.max(excess).max(if is_predicted { before - after } else { 0.0 });
     let share = NEGLIGIBLE_SHARE.sqrt() * problem.joints[joint].scales.effort;
     let noise = share.min(NEGLIGIBLE_NOISES * noise_floor(problem, joint));
-    LackOfFit { mean_square: found, is_material: found > share * share, exceeds_noise: found > noise * noise }
+    LackOfFit {
+        mean_square: found,
+        is_larger_than_noise: found > noise_floor(problem, joint).powi(2),
+        exceeds_noise: found > noise * noise,
+        is_material: found > share * share,
+    }
 }
 
 /// State of a joint in units of its scales.

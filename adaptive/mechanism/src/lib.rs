@@ -7,6 +7,7 @@ mod answer;
 mod bandwidth;
 mod common;
 mod cross_validation;
+mod deflection;
 mod design;
 mod drive;
 mod dynamics;

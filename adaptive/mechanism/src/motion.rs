@@ -1,6 +1,6 @@
 //! Smoothed motion of all joints on the uniform times of each episode.
 
-use crate::bandwidth::{Positions, SD_OF_ONE_HERTZ, cutoff, noise};
+use crate::bandwidth::{Positions, cutoff, noise, stage_sd};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
 use crate::resample::{Grid, in_gap, interpolated, median_interval};
@@ -110,7 +110,7 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
             remedy: "record motion, or state [noise] position".to_owned(),
         });
     }
-    let stage_sd = SD_OF_ONE_HERTZ / bandwidth / 2f64.sqrt();
+    let stage_sd = stage_sd(bandwidth);
     let one = |k: usize| {
         let own: Vec<&(Vec<f64>, Vec<f64>)> = streams.iter().map(|episodes| &episodes[k]).collect();
         smooth(recording, k, &own, stage_sd)

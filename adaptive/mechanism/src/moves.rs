@@ -51,6 +51,9 @@ impl Searcher<'_> {
     /// The model without effects that do not pass the tests any more.
     pub fn reduced(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
         loop {
+            for index in 0..model.fit.effects.len() {
+                self.refit_without(&model, index, tried);
+            }
             let support = self.support_of_all(&model, tried);
             let worst = (0..support.len())
                 .filter(|k| !support[*k].passes())

@@ -1,5 +1,6 @@
 //! A recording with its motion and dynamics: the data of all fits.
 
+use crate::bandwidth::SPACING_SDS;
 use crate::drive::Drive;
 use crate::dynamics::{AxisLoad, Dynamics, EpisodeDynamics};
 use crate::error::MechanismError;
@@ -330,7 +331,8 @@ pub(crate) fn check_episode(
         return Err(problem(WRONG_JOINTS));
     }
     let by_parameter = own.by_parameter.iter().flatten();
-    let by_body = own.by_mass.iter().flatten().chain(own.by_payload.iter().flatten().flatten());
+    let by_body = own.by_mass.iter().chain(&own.inertia_by_mass).flatten();
+    let by_body = by_body.chain(own.by_payload.iter().chain(&own.inertia_by_payload).flatten().flatten());
     let others = own.by_gravity.iter().flatten().chain(own.by_offset.iter().flatten().flatten());
     if !own.effort.iter().chain(&own.own_inertia).chain(by_body).chain(others).chain(by_parameter).all(fits) {
         return Err(problem(
@@ -381,12 +383,15 @@ pub(crate) fn keep_where(
     let series = &mut episode.joints[j];
     let len = series.q.len();
     let moving: Vec<f64> = series.v.iter().map(|v| f64::from(u8::from(v.abs() >= rest_speed))).collect();
-    let spacing = ((crate::bandwidth::SPACING_SDS * 2f64.sqrt() * motion_sd(kernel, episode.dt) / episode.dt)
-        as usize)
-        .max(1);
+    let spacing = spacing(kernel, episode.dt);
     let is_usable = |k: &usize| usable(*k - kernel.half) && usable(*k) && usable(*k + kernel.half);
     let all = (kernel.half..len.saturating_sub(kernel.half)).step_by(spacing).filter(is_usable);
     (series.kept, series.resting) = all.partition(|k| kernel.at(&moving, *k) >= MIN_MOVING_SHARE);
+}
+
+/// Number of samples of the motion from one compared sample to the next.
+pub(crate) fn spacing(kernel: &Kernel, dt: f64) -> usize {
+    ((SPACING_SDS * 2f64.sqrt() * motion_sd(kernel, dt) / dt) as usize).max(1)
 }
 
 fn motion_sd(kernel: &Kernel, dt: f64) -> f64 {

@@ -58,13 +58,10 @@ fn with_dry_friction(problem: &Problem, model: &Fit, j: usize) -> Fit {
 /// What friction may exert at each time of an episode beyond what the equation takes it for, in units of the residual.
 fn uncertainty(problem: &Problem, model: &Fit, j: usize, episode: &EpisodeData) -> Vec<f64> {
     let Fit { effects, slots, values, .. } = model;
-    let needed = episode.dynamics.as_ref().map(|d| common::needed(problem, d, j, effects, slots, values));
-    let found = JointModel::new(problem, j, effects, slots, |slot| values[slot]).residual(
-        problem,
-        j,
-        episode,
-        needed.as_deref(),
-    );
+    let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);
+    let wants_inertia = !model.is_linear_in_needed();
+    let needed = |d| common::needed(problem, d, j, (effects, slots, values), wants_inertia);
+    let found = model.residual(problem, j, episode, episode.dynamics.as_ref().map(needed).as_ref());
     let size = found.per_effort.iter().copied().fold(0.0, f64::max);
     let rests = |k: usize| episode.joints[j].v[k].abs() < problem.joints[j].rest_speed;
     let one = |k: usize| if rests(k) { MAX_STICTION * size * found.friction[k] } else { 0.0 };

@@ -62,6 +62,9 @@ pub fn diagnose_joints(
         found.best = found.base.clone();
         found.support.clear();
     }
+    if verdict != Verdict::Unexplained {
+        searcher.try_further(&found.best, &mut found.tried)?;
+    }
     watch.progress("figures", 0.0);
     let answer = answer(problem, &searcher, &mut found, verdict, [&before, &after]);
     let (base, best) = (found.base.fit, found.best.fit);

@@ -6,6 +6,7 @@ use crate::error::MechanismError;
 use crate::figures::figures;
 use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
 use crate::intervals::are_defined;
+use crate::lack_of_fit::lack_of_fit;
 use crate::laws::JointKind;
 use crate::model::{Effect, Kind, Role};
 use crate::others::Others;
@@ -144,7 +145,7 @@ impl Searcher<'_> {
             passing.sort_by(|a, b| b.log_evidence(&times).total_cmp(&a.log_evidence(&times)));
             return Ok(passing.into_iter().next());
         }
-        for child in children.iter().take(MAX_PARENTS) {
+        for child in children.iter().take(MAX_PARENTS).chain(&self.masked(parent, &children, tried)?) {
             for grandchild in self.children(child, tried, &|_| true)? {
                 if self.improves(child, &grandchild) && self.all_pass(&grandchild, tried) {
                     return Ok(Some(grandchild));
@@ -152,6 +153,23 @@ impl Searcher<'_> {
             }
         }
         Ok(None)
+    }
+
+    /// The best models with one more effect at a joint that lacks fit, also if none of them improves on the parent: one of two
+    /// effects alone may leave a residual that is as correlated in time.
+    fn masked(
+        &self,
+        parent: &Tried,
+        known: &[Tried],
+        tried: &mut Vec<Tried>,
+    ) -> Result<Vec<Tried>, MechanismError> {
+        let lacks = |j: usize| lack_of_fit(self.problem, parent, j).exceeds_noise;
+        let lacking: Vec<usize> = (0..self.problem.joints.len()).filter(|j| lacks(*j)).collect();
+        let is_known = |kind: Kind| known.iter().take(MAX_PARENTS).any(|tried| tried.kinds().contains(&kind));
+        let is_wanted = |kind: Kind| kind.joint().is_some_and(|j| lacking.contains(&j)) && !is_known(kind);
+        let mut found = self.children_above(parent, tried, &is_wanted, f64::NEG_INFINITY)?;
+        found.truncate(MAX_PARENTS);
+        Ok(found)
     }
 
     /// Whether what `fuller` has in addition passes the tests, and the evidence for it is larger.
@@ -172,12 +190,36 @@ impl Searcher<'_> {
         }
     }
 
-    /// Models with one more effect that `is_wanted`, fitted to their optimum, the best first.
+    /// Models with one more effect that `is_wanted`, fitted to their optimum, the best first. Joints whose residual is hardly
+    /// more than noise need no effect: it would only filter the noise.
     pub fn children(
         &self,
         parent: &Tried,
         tried: &mut Vec<Tried>,
         is_wanted: &dyn Fn(Kind) -> bool,
+    ) -> Result<Vec<Tried>, MechanismError> {
+        let joints = 0..self.problem.joints.len();
+        let lacking: Vec<bool> =
+            joints.map(|j| lack_of_fit(self.problem, parent, j).is_larger_than_noise).collect();
+        let lacks = |kind: Kind| match kind {
+            Kind::Joint(_, j) => lacking[j],
+            _ => lacking.contains(&true),
+        };
+        self.children_above(parent, tried, &|kind| lacks(kind) && is_wanted(kind), MIN_SCREEN_GAIN_NATS)
+    }
+
+    /// Fit all models with one more effect that may improve on a model, also where its residual is hardly more than noise.
+    pub fn try_further(&self, model: &Tried, tried: &mut Vec<Tried>) -> Result<(), MechanismError> {
+        self.children_above(model, tried, &|_| true, MIN_SCREEN_GAIN_NATS).map(|_| ())
+    }
+
+    /// Models with one more effect that `is_wanted`, and a gain in the screen of more than `least` nats.
+    fn children_above(
+        &self,
+        parent: &Tried,
+        tried: &mut Vec<Tried>,
+        is_wanted: &dyn Fn(Kind) -> bool,
+        least: f64,
     ) -> Result<Vec<Tried>, MechanismError> {
         let times = self.times(parent);
         let Fit { effects, slots, values, sd, .. } = &parent.fit;
@@ -190,7 +232,7 @@ impl Searcher<'_> {
             let screen = |kind: &Kind| self.screened(parent, *kind, &times, &others);
             Ok::<_, MechanismError>(kinds.par_iter().filter_map(screen).collect::<Vec<(f64, Fit)>>())
         })?;
-        screened.retain(|(gain, _)| *gain > MIN_SCREEN_GAIN_NATS);
+        screened.retain(|(gain, _)| *gain > least);
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
         screened.truncate(MAX_FITTED);
         let mut children = on_all_cores(self.watch, |_| {
@@ -303,14 +345,27 @@ impl Searcher<'_> {
 
     /// A model without one of its effects, fitted to its optimum.
     pub fn without_effect(&self, model: &Tried, index: usize, tried: &mut Vec<Tried>) -> Tried {
+        if let Some(known) = known_without(model, index, tried) {
+            return tried[known].clone();
+        }
+        let found = self.fitted_without(model, index);
+        tried.push(found.clone());
+        found
+    }
+
+    /// Fit a model without one of its effects from its own values, and keep the better of this and an earlier fit, which
+    /// may have ended at another optimum.
+    pub fn refit_without(&self, model: &Tried, index: usize, tried: &mut [Tried]) {
+        let Some(known) = known_without(model, index, tried) else { return };
+        let (found, times) = (self.fitted_without(model, index), self.times(model));
+        if found.fit.cost(&times) < tried[known].fit.cost(&times) {
+            tried[known] = found;
+        }
+    }
+
+    fn fitted_without(&self, model: &Tried, index: usize) -> Tried {
         let mut effects = model.fit.fitted_effects();
         effects.remove(index);
-        let mut kinds: Vec<Kind> = effects.iter().map(|e| e.kind).collect();
-        kinds.sort();
-        let has_same_shape = |t: &&Tried| t.kinds() == kinds && t.fit.slots.len() < model.fit.slots.len();
-        if let Some(known) = tried.iter().find(has_same_shape) {
-            return known.clone();
-        }
         let mut from = model.fit.clone();
         from.slots.iter_mut().for_each(|slot| {
             // Indices of the effects behind the removed one change.
@@ -320,9 +375,7 @@ impl Searcher<'_> {
                 slot.role = Role::Effect(k - 1, param);
             }
         });
-        let found = self.tried(fit(self.problem, &effects, Some(&from), Scope::Training, MAX_STEPS));
-        tried.push(found.clone());
-        found
+        self.tried(fit(self.problem, &effects, Some(&from), Scope::Training, MAX_STEPS))
     }
 
     pub fn support_of_all(&self, model: &Tried, tried: &mut Vec<Tried>) -> Vec<Support> {
@@ -343,6 +396,14 @@ impl Searcher<'_> {
         are_defined(self.problem, &model.fit, &self.times(model))
             && self.support_of_all(model, tried).iter().all(|support| support.passes())
     }
+}
+
+/// Index of the first model with all effects of a model but one.
+fn known_without(model: &Tried, index: usize, tried: &[Tried]) -> Option<usize> {
+    let mut kinds: Vec<Kind> = model.fit.effects.iter().map(|e| e.kind).collect();
+    kinds.remove(index);
+    kinds.sort();
+    tried.iter().position(|t| t.kinds() == kinds && t.fit.slots.len() < model.fit.slots.len())
 }
 
 fn is_compliance(kind: JointKind) -> bool {

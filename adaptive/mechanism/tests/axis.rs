@@ -281,3 +281,41 @@ fn smooth_reversals_add_no_name_to_dry_friction() {
     let answer = diagnosed(|_, _, v| -0.08 * (v / 0.1).tanh(), 0.0, exact);
     assert_eq!((answer.verdict, names(&answer)), (Verdict::Explained, vec!["joint_dry_friction"]));
 }
+
+/// An episode in which the drive delivers at most 0.95 N·m; `size` is that of the commands.
+fn limited_episode(index: usize, size: f64) -> Episode {
+    let (mut q, mut v, phase) = (0.0, 0.0, index as f64);
+    let mut columns: [Vec<f64>; 3] = Default::default();
+    for k in 0..8000 {
+        let t = k as f64 * DT;
+        let command: f64 =
+            size * (0.4 * (3.1 * t + phase).sin() + 0.3 * (7.3 * t + 2.0 * phase).sin()) - 0.3 * q;
+        if k % SAMPLE == 0 {
+            columns[0].push(t);
+            columns[1].push(q + 1e-4 * noise(index * 100_000 + k));
+            columns[2].push(command);
+        }
+        v += DT / INERTIA * (command.clamp(-0.95, 0.95) - DAMPING * v);
+        q += DT * v;
+    }
+    let mut episode = Episode { name: format!("episode_{index:02}"), ..Episode::default() };
+    for (title, values) in ["t", "q_arm", "effort_arm"].into_iter().zip(columns) {
+        episode.insert(title.to_owned(), values);
+    }
+    episode
+}
+
+#[test]
+fn a_drive_that_saturates_in_one_episode_only_is_named() {
+    let metadata = JointMetadata::from_toml(
+        "format = \"trundle-recording/2\"\nname = \"bench\"\n[mechanism]\naxis = \"hinge\"\njoints = [\"arm\"]\n\
+         [effort]\nsource = \"commanded\"\n",
+    )
+    .unwrap();
+    // Only the third episode has commands above the limit.
+    let episodes = (0..6).map(|k| limited_episode(k, if k == 2 { 1.2 } else { 1.0 })).collect();
+    let answer = answer(&JointRecording::new(metadata, episodes, BTreeMap::new()).unwrap());
+    assert_eq!((answer.verdict, names(&answer)), (Verdict::Explained, vec!["effort_saturation"]));
+    let (probability, limit) = (answer.missing[0].probability, &answer.missing[0].parameters["limit"]);
+    assert!(probability > 0.9 && (limit.mean / 0.95 - 1.0).abs() < 0.02, "{probability} {limit:?}");
+}

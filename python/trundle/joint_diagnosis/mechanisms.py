@@ -259,6 +259,8 @@ def motion_dynamics(
         "mass": np.stack([found.mass[body] for body in mechanism.bodies], 2),
         "gravity": found.gravity,
         "payload": np.stack([found.payload[body] for body in mechanism.bodies], 2),
+        "own_mass": np.stack([found.own_mass[body] for body in mechanism.bodies], 2),
+        "own_payload": np.stack([found.own_payload[body] for body in mechanism.bodies], 2),
         "position": np.zeros(found.mass_matrix.shape) if found.position is None else found.position,
     }
     return {name: np.ascontiguousarray(values, dtype=float) for name, values in arrays.items()}

@@ -125,6 +125,8 @@ class SimulatorUnderTest:
             "mass": np.empty((len(q), n, 0)),
             "gravity": np.zeros((len(q), n, 3)),
             "payload": np.empty((len(q), n, 0, 10)),
+            "own_mass": np.empty((len(q), n, 0)),
+            "own_payload": np.empty((len(q), n, 0, 10)),
             "position": by_position(*place),
             "parameter": by_parameter(*place, self.parameters),
         }

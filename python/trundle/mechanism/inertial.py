@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from trundle.mechanism.rigid_groups import SECOND_MOMENTS
 
-__all__ = ["Frames", "body_columns", "gravity_columns"]
+__all__ = ["Frames", "body_columns", "gravity_columns", "inertia_columns"]
 
 Floats = NDArray[np.float64]
 
@@ -101,6 +101,32 @@ def gravity_columns(frames: Frames, body: int, chain: Sequence[int], parameters:
     moment = np.einsum("tij,j->ti", frames.rotation[:, body], parameters[1:4])
     gradient: Floats = parameters[0] * linear + np.cross(angular, moment[:, None])
     return -gradient
+
+
+def inertia_columns(
+    frames: Frames, body: int, chain: Sequence[int], project: Callable[[Floats], Floats]
+) -> Floats:
+    """Return the diagonal of the mass matrix by the inertial parameters of a body, (T, n, 10).
+
+    The velocity of a particle by that of a joint is l + cross(w, c), whose square is its part of the inertia.
+    The columns are those of `body_columns`.
+
+    Parameters
+    ----------
+    project : callable
+        Sums velocities by each joint of the model, (T, N, 3), to those by each recorded joint, (T, n, 3).
+    """
+    rotation = frames.rotation[:, body]
+    jacobian = (np.einsum("tki,tjk->tji", rotation, project(part)) for part in _jacobian(frames, body, chain))
+    linear, angular = jacobian
+    lever = np.cross(angular[:, :, None, :], np.eye(3))
+    columns = np.zeros((*linear.shape[:2], 10))
+    columns[:, :, 0] = np.einsum("tji,tji->tj", linear, linear)
+    columns[:, :, 1:4] = 2.0 * np.einsum("tji,tjki->tjk", linear, lever)
+    second = np.einsum("tjki,tjli->tjkl", lever, lever)
+    for column, (k, m) in enumerate(SECOND_MOMENTS, 4):
+        columns[:, :, column] = second[:, :, k, m] * (1.0 if k == m else 2.0)
+    return columns
 
 
 def _moment_columns(motion: BodyMotion, acceleration: Floats) -> Floats:

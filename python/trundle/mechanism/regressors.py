@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trundle.display.fields import DisplayedFields
 from trundle.mechanism.evaluation import evaluate, inverse_by_velocity
-from trundle.mechanism.inertial import body_columns, gravity_columns
+from trundle.mechanism.inertial import body_columns, gravity_columns, inertia_columns
 
 if TYPE_CHECKING:
     from trundle.mechanism.model import Mechanism
@@ -48,6 +48,8 @@ class Regressors(DisplayedFields):
         By the inertial parameters of a mass on each moving body, in the body's axes about its origin: m,
         m·c_x, m·c_y, m·c_z, and the second moments xx, yy, zz, xy, xz, yz, which are m·c_i·c_j for a point
         mass m at c.
+    own_mass, own_payload : dict of str to (T, n) and (T, n, 10) arrays
+        The same of the diagonal of the mass matrix.
     position : (T, n, n) array or None
         By the positions: entry [t, i, k] is the derivative of effort i by position k. An encoder that reads
         true + offset gives its negative. Not of friction.
@@ -79,6 +81,8 @@ class Regressors(DisplayedFields):
     mass: dict[str, Floats]
     gravity: Floats
     payload: dict[str, Floats]
+    own_mass: dict[str, Floats]
+    own_payload: dict[str, Floats]
     position: Floats | None
     velocity: Floats | None
     constraint: Floats
@@ -109,7 +113,8 @@ def _evaluate(mechanism: Mechanism, q: Floats, v: Floats, a: Floats, derivatives
     slope = motion[3]
     found = evaluate(model, mechanism.data, *motion[:3])
     friction = coordinates.project(model.dof_frictionloss * np.sign(motion[1]), slope)
-    mass, payload, gravity = {}, {}, np.zeros((len(q), len(model.jnt_type), 3))
+    gravity = np.zeros((len(q), len(model.jnt_type), 3))
+    mass, payload, own_mass, own_payload = ({} for _ in range(4))
     # Compensation of gravity by an actuator is disabled with it, so that it is part of the effort.
     passive = ~model.jnt_actgravcomp.astype(bool)[:, None]
     for group in mechanism.groups:
@@ -118,6 +123,8 @@ def _evaluate(mechanism: Mechanism, q: Floats, v: Floats, a: Floats, derivatives
         own = total @ group.parameters - passive[:, 0] * (weight @ group.compensated)
         mass[group.name] = coordinates.project(own / group.mass, slope)
         payload[group.name] = coordinates.project(total, slope)
+        own_payload[group.name] = inertia_columns(*place, lambda effort: coordinates.project(effort, slope))
+        own_mass[group.name] = own_payload[group.name] @ (group.parameters / group.mass)
         gravity += gravity_columns(*place, group.parameters + group.carried)
         gravity -= passive * gravity_columns(*place, group.compensated)
     inertia = coordinates.project(found.matrix, slope).transpose(0, 2, 1)
@@ -128,6 +135,8 @@ def _evaluate(mechanism: Mechanism, q: Floats, v: Floats, a: Floats, derivatives
         mass=mass,
         gravity=coordinates.project(gravity, slope),
         payload=payload,
+        own_mass=own_mass,
+        own_payload=own_payload,
         position=_by_position(mechanism, q, v, a) if derivatives else None,
         velocity=_by_velocity(mechanism, q, v, a) if derivatives else None,
         constraint=coordinates.project(found.constraint, slope),

@@ -25,16 +25,15 @@ pub(super) fn predicted_commands(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> 
 /// Commands that act at once.
 fn acting_commands(problem: &Problem, fit: &Fit, j: usize, model: &JointModel<f64>) -> Vec<f64> {
     let mut episode = problem.episodes[0].clone();
-    let needed = episode
-        .dynamics
-        .as_ref()
-        .map(|d| common::needed(problem, d, j, &fit.effects, &fit.slots, &fit.values));
+    let values = (&fit.effects[..], &fit.slots[..], &fit.values[..]);
+    let wants_inertia = !model.is_linear_in_needed();
+    let needed = episode.dynamics.as_ref().map(|d| common::needed(problem, d, j, values, wants_inertia));
     let gain = model.gain_of(&episode.joints[j]);
     if problem.joints[j].drive == crate::drive::Drive::Target {
         episode.joints[j].command = episode.joints[j].q.clone();
     }
     let square = |residual: &[f64]| residual.iter().map(|r| r * r).sum::<f64>();
-    let mut found = model.residual(problem, j, &episode, needed.as_deref());
+    let mut found = model.residual(problem, j, &episode, needed.as_ref());
     for _ in 0..MAX_STEPS {
         let before = episode.joints[j].command.clone();
         let command = &mut episode.joints[j].command;
@@ -42,7 +41,7 @@ fn acting_commands(problem: &Problem, fit: &Fit, j: usize, model: &JointModel<f6
             // Where friction holds the joint, any small command does.
             *command -= if *per_effort > 0.0 { r / (gain * per_effort) } else { 0.0 };
         }
-        let next = model.residual(problem, j, &episode, needed.as_deref());
+        let next = model.residual(problem, j, &episode, needed.as_ref());
         let (old, new) = (square(&found.values), square(&next.values));
         if new.is_nan() || new >= old {
             return before;

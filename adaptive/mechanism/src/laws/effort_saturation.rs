@@ -1,6 +1,6 @@
 //! Limit of the effort of a drive.
 
-use super::law::{Applies, JointLaw, JointScales, Scale, Spec, magnitude, positive, take};
+use super::law::{Applies, JointLaw, JointScales, ParamSpec, Scale, Spec, magnitude, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 
@@ -9,7 +9,7 @@ pub(super) const SPEC: Spec = Spec {
     summary: "limit of the effort of a drive",
     source: "current limit of drives",
     applies: Applies::CommandedEffort,
-    params: &[positive("limit", Unit::Effort, Scale::Effort)],
+    params: &[ParamSpec { is_limit: true, ..positive("limit", Unit::Effort, Scale::Effort) }],
     sentence: "The drive of joint {joint} delivers no more than {limit}",
     experiment: "command the largest effort against a known load",
     starts,

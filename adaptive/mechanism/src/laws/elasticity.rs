@@ -1,6 +1,7 @@
 //! Compliance between drive and joint.
 
 use super::law::{Applies, Compliance, JointLaw, JointScales, ParamSpec, Scale, Spec, positive, take};
+use crate::deflection::DAMPING_RATIO;
 use crate::units::Unit;
 use trundle_model::Real;
 
@@ -22,30 +23,27 @@ pub(super) const SPEC: Spec = Spec {
 };
 
 fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
-    vec![
-        vec![30.0 * scales.effort / scales.span(), f64::NAN],
-        vec![300.0 * scales.effort / scales.span(), f64::NAN],
-    ]
+    // Where the resonance is among the recorded frequencies, a fit has several optima, and the damping matters.
+    let stiffness = [30.0, 100.0, 300.0, 1000.0].map(|factor| factor * scales.effort / scales.span());
+    let damping = |stiffness: f64| 2.0 * DAMPING_RATIO * (stiffness * Scale::Inertia.of(scales)).sqrt();
+    stiffness.iter().flat_map(|k| [vec![*k, f64::NAN], vec![*k, damping(*k)]]).collect()
 }
 
 /// The law with values.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law<T> {
-    per_effort: T,
-    per_effort_rate: T,
+    stiffness: T,
+    damping: Option<T>,
 }
 
 impl<T: Real> JointLaw<T> for Law<T> {
     fn new(values: &[T]) -> Self {
         let [stiffness, damping] = take::<T, 2>(values);
-        let per_effort = stiffness.recip();
-        let damped = !damping.re().is_nan();
-        let per_effort_rate = if damped { damping * per_effort.squared() } else { T::zero() };
-        Self { per_effort, per_effort_rate }
+        Self { stiffness, damping: Some(damping).filter(|damping| !damping.re().is_nan()) }
     }
 
     fn compliance(&self) -> Option<Compliance<T>> {
-        let Self { per_effort, per_effort_rate } = *self;
-        Some(Compliance { per_effort, per_effort_rate })
+        let Self { stiffness, damping } = *self;
+        Some(Compliance { stiffness, damping })
     }
 }

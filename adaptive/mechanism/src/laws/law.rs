@@ -40,18 +40,18 @@ pub struct JointSample<T> {
     /// Effort of the drive; `None` if the joint is not driven.
     pub drive: Option<T>,
     /// Effort that gravity, velocity terms, the other joints and known efforts exert on the joint.
-    pub external: f64,
+    pub external: T,
     /// Recorded covariate, if any.
     pub load: Option<f64>,
 }
 
-/// Compliance between drive and joint: the drive leads the joint by `per_effort` times the transmitted effort.
+/// Compliance between drive and joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Compliance<T> {
-    /// Reciprocal stiffness.
-    pub per_effort: T,
-    /// Damping over the square of the stiffness.
-    pub per_effort_rate: T,
+    /// Stiffness.
+    pub stiffness: T,
+    /// Damping; `None` if it is not fitted.
+    pub damping: Option<T>,
 }
 
 /// A law with parameter values. The defaults have no effect.
@@ -103,6 +103,11 @@ pub trait JointLaw<T: Real>: Sized {
     /// Width of the play between drive and joint.
     fn gap(&self) -> Option<T> {
         None
+    }
+
+    /// Whether it reads the external effort.
+    fn reads_external(&self) -> bool {
+        false
     }
 
     /// Compliance between drive and joint.
@@ -186,6 +191,8 @@ pub struct ParamSpec {
     pub refines: bool,
     /// Whether it is a period of the position, whose starting values are those with the largest periodogram.
     pub is_period: bool,
+    /// Whether the law acts only beyond it: other samples tell nothing about it.
+    pub is_limit: bool,
     /// Whether it is a choice: given by the starting point, never fitted.
     pub is_choice: bool,
 }
@@ -199,6 +206,7 @@ pub(crate) const fn signed(name: &'static str, unit: Unit, scale: Scale) -> Para
         bounds: [f64::NEG_INFINITY, f64::INFINITY],
         refines: false,
         is_period: false,
+        is_limit: false,
         is_choice: false,
     }
 }

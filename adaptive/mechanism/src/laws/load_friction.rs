@@ -41,12 +41,16 @@ impl<T: Real> JointLaw<T> for Law<T> {
         }
     }
 
+    fn reads_external(&self) -> bool {
+        true
+    }
+
     fn response(&self, at: &JointSample<T>, _largest: f64) -> Option<T> {
         if at.load.is_some() {
             return None;
         }
         at.drive.map(|drive| {
-            let side = (drive.re() - at.external).signum() * at.v.signum();
+            let side = (drive - at.external).re().signum() * at.v.signum();
             -(self.coefficient * side) + 1.0
         })
     }

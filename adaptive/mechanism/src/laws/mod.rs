@@ -81,6 +81,9 @@ macro_rules! catalogue {
             pub fn gap(&self) -> Option<T> {
                 match self { $(Self::$kind(law) => law.gap()),* }
             }
+            pub fn reads_external(&self) -> bool {
+                match self { $(Self::$kind(law) => law.reads_external()),* }
+            }
             pub fn compliance(&self) -> Option<Compliance<T>> {
                 match self { $(Self::$kind(law) => law.compliance()),* }
             }

@@ -12,7 +12,7 @@ pub(super) const SPEC: Spec = Spec {
     source: "Kelvin-Voigt contact; Gilardi and Sharf, Mech. Mach. Theory 2002",
     applies: Applies::Always,
     params: &[
-        signed("position", Unit::Position, Scale::Position),
+        ParamSpec { is_limit: true, ..signed("position", Unit::Position, Scale::Position) },
         positive("stiffness", Unit::Stiffness, Scale::Stiffness),
         ParamSpec { is_choice: true, ..signed("side", Unit::One, Scale::One) },
     ],

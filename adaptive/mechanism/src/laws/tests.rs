@@ -15,14 +15,21 @@ const SCALES: JointScales = JointScales {
 /// Everything that a law computes at one state.
 fn outputs<T: Real>(kind: JointKind, values: &[T]) -> Vec<T> {
     let law = Law::of(kind, values);
-    let at = JointSample { q: 1.4, v: -0.5, a: 2.0, drive: Some(T::lift(1.9)), external: -0.3, load: None };
+    let at = JointSample {
+        q: 1.4,
+        v: -0.5,
+        a: 2.0,
+        drive: Some(T::lift(1.9)),
+        external: T::lift(-0.3),
+        load: None,
+    };
     let compliance = law.compliance();
     let others = [
         law.delay(),
         law.lag(),
         law.response(&at, 4.0),
-        compliance.map(|c| c.per_effort),
-        compliance.map(|c| c.per_effort_rate),
+        compliance.map(|c| c.stiffness),
+        compliance.and_then(|c| c.damping),
         law.gap(),
     ];
     let mut found = vec![law.effort(&at), law.dry_friction(&at)];
