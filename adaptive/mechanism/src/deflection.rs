@@ -1,16 +1,13 @@
 //! Effort through an elastic transmission one of whose sides is not measured.
 
-use crate::laws::Compliance;
+use crate::laws::{Compliance, DAMPING_RATIO};
 use trundle_model::Real;
 
-/// Damping ratio of a transmission whose damping is not fitted, with the inertia of the unmeasured side. Geared joints
-/// have 0.02 to 0.3.
-pub(crate) const DAMPING_RATIO: f64 = 0.1;
 /// Numerical damping of Newmark's method: only frequencies near that of the samples are damped.
 const NUMERICAL_DAMPING: f64 = 0.05;
 /// Frequencies at which the noise is evaluated, and the highest of them in reciprocal standard deviations of a filter stage;
 /// two stages leave 10⁻⁵ of it.
-const NODES: usize = 16;
+const NODES: usize = 64;
 const MAX_FREQUENCY: f64 = 3.2;
 
 /// The unmeasured side: what resists its motion besides the transmission.
@@ -57,7 +54,8 @@ pub(crate) fn transmitted<T: Real>(
 ///
 /// The residual contains the acceleration times the inertia of the measured side, plus that of the other side times the
 /// transmission's transfer function. A soft transmission between a light and a heavy side would filter the noise, and fit
-/// better without any effect. Residuals are divided by this share.
+/// better without any effect. Residuals are divided by this share. Resonances that are narrower than the distance of the nodes
+/// are broadened to it, so that the share is a smooth function of the stiffness.
 pub(crate) fn noise_share<T: Real>(
     compliance: Compliance<T>,
     other: Unmeasured<T>,
@@ -73,7 +71,8 @@ pub(crate) fn noise_share<T: Real>(
         let own = damping_of(compliance, other.inertia);
         let (above, below) = (own * frequency, (other.damping + own) * frequency);
         let rest = compliance.stiffness - other.inertia * (frequency * frequency);
-        let size = rest * rest + below * below;
+        let broadened = other.inertia * (frequency * MAX_FREQUENCY / NODES as f64 / stage_sd);
+        let size = rest * rest + below * below + broadened * broadened;
         let real = (compliance.stiffness * rest + above * below) / size;
         let imaginary = (above * rest - compliance.stiffness * below) / size;
         let (real, imaginary) = (measured + other.inertia * real, other.inertia * imaginary);

@@ -1,7 +1,8 @@
 //! Compliance between drive and joint.
 
-use super::law::{Applies, Compliance, JointLaw, JointScales, ParamSpec, Scale, Spec, positive, take};
-use crate::deflection::DAMPING_RATIO;
+use super::law::{
+    Applies, Compliance, DAMPING_RATIO, JointLaw, JointScales, ParamSpec, Scale, Spec, positive, take,
+};
 use crate::units::Unit;
 use trundle_model::Real;
 

@@ -45,6 +45,10 @@ pub struct JointSample<T> {
     pub load: Option<f64>,
 }
 
+/// Damping ratio of a transmission whose damping is not fitted, with the inertia of the side without encoder. Geared joints
+/// have 0.02 to 0.3.
+pub(crate) const DAMPING_RATIO: f64 = 0.1;
+
 /// Compliance between drive and joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Compliance<T> {

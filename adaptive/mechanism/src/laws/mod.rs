@@ -24,8 +24,8 @@ mod spring;
 mod stop;
 mod viscous_friction;
 
-pub(crate) use law::magnitude;
 pub use law::{Applies, Compliance, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec};
+pub(crate) use law::{DAMPING_RATIO, magnitude};
 use trundle_model::Real;
 
 macro_rules! catalogue {
