@@ -43,10 +43,11 @@ pub(crate) fn folds(problem: &Problem) -> usize {
 /// Residuals of every fold under the model fitted without it.
 pub(crate) fn left_out(problem: &Problem, fit: &Fit) -> LeftOut {
     let rows = evaluate(problem, &fit.effects, &fit.slots, &fit.values, Scope::Training, true);
-    let known = known_with(&rows, fit, &|_| true);
+    let limits = limits(fit);
+    let known = if limits.is_empty() { vec![] } else { known_with(&rows, fit, &|_| true) };
     let mut residuals = vec![vec![]; problem.joints.len()];
     for fold in 0..folds(problem) {
-        let found = left_out_of(problem, fit, &rows, fold, &known);
+        let found = left_out_of(problem, fit, &rows, fold, (&limits, &known));
         residuals.iter_mut().zip(found).for_each(|(all, own)| all.push(own));
     }
     LeftOut { residuals }
@@ -58,9 +59,9 @@ fn left_out_of(
     fit: &Fit,
     rows: &[JointRows],
     fold: usize,
-    known: &[f64],
+    limits: (&[usize], &[f64]),
 ) -> Vec<Vec<f64>> {
-    let is_alone = determines_alone(rows, fit, fold, known);
+    let is_alone = determines_alone(rows, fit, fold, limits);
     let block = |place: &Place| if is_alone { block(problem, place) } else { 0 };
     let all = || rows.iter().flat_map(|own| &own.places).filter(|place| place.fold == fold);
     let first = all().map(block).min().unwrap_or(0);
@@ -88,18 +89,22 @@ fn block(problem: &Problem, place: &Place) -> usize {
     place.sample / (SAMPLES_PER_BLOCK * spacing(&episode.kernel, episode.dt))
 }
 
-/// Whether one fold alone determines the limit of a law. `known` are the variances with all folds.
-fn determines_alone(rows: &[JointRows], fit: &Fit, fold: usize, known: &[f64]) -> bool {
-    let is_limit = |k: usize| match fit.slots[k].role {
+/// Slots of parameters beyond which laws act.
+fn limits(fit: &Fit) -> Vec<usize> {
+    let is_limit = |k: &usize| match fit.slots[*k].role {
         Role::Effect(effect, param) => fit.effects[effect].kind.params()[param].is_limit,
         Role::Nominal(_) => false,
     };
-    let mut own = (0..known.len()).filter(|k| is_limit(*k)).peekable();
-    if own.peek().is_none() {
+    (0..fit.slots.len()).filter(is_limit).collect()
+}
+
+/// Whether one fold alone determines one of the limits. `known` are the variances with all folds.
+fn determines_alone(rows: &[JointRows], fit: &Fit, fold: usize, (limits, known): (&[usize], &[f64])) -> bool {
+    if limits.is_empty() || known.is_empty() {
         return false;
     }
     let without = known_with(rows, fit, &|place| place.fold != fold);
-    own.any(|k| without.get(k).is_none_or(|variance| *variance > MIN_VARIANCE_FACTOR * known[k]))
+    limits.iter().any(|&k| without.get(k).is_none_or(|variance| *variance > MIN_VARIANCE_FACTOR * known[k]))
 }
 
 /// Variances of all parameters given the rows that `keep` selects.

@@ -2,13 +2,48 @@
 
 use crate::error::MechanismError;
 use crate::fit::{MAX_STEPS, fit};
-use crate::model::{Effect, Kind};
+use crate::model::{Effect, Kind, Role};
 use crate::problem::Problem;
 use crate::rows::Scope;
 use crate::search::Searcher;
 use crate::tried::Tried;
 
 impl Searcher<'_> {
+    /// A model without one of its effects, fitted to its optimum.
+    pub fn without_effect(&self, model: &Tried, index: usize, tried: &mut Vec<Tried>) -> Tried {
+        if let Some(known) = known_without(model, index, tried) {
+            return tried[known].clone();
+        }
+        let found = self.fitted_without(model, index);
+        tried.push(found.clone());
+        found
+    }
+
+    /// Fit a model without one of its effects from its own values, and keep the better of this and an earlier fit, which
+    /// may have ended at another optimum.
+    pub fn refit_without(&self, model: &Tried, index: usize, tried: &mut [Tried]) {
+        let Some(known) = known_without(model, index, tried) else { return };
+        let (found, times) = (self.fitted_without(model, index), self.times(model));
+        if found.fit.cost(&times) < tried[known].fit.cost(&times) {
+            tried[known] = found;
+        }
+    }
+
+    fn fitted_without(&self, model: &Tried, index: usize) -> Tried {
+        let mut effects = model.fit.fitted_effects();
+        effects.remove(index);
+        let mut from = model.fit.clone();
+        from.slots.iter_mut().for_each(|slot| {
+            // Indices of the effects behind the removed one change.
+            if let Role::Effect(k, param) = slot.role
+                && k > index
+            {
+                slot.role = Role::Effect(k - 1, param);
+            }
+        });
+        self.tried(fit(self.problem, &effects, Some(&from), Scope::Training, MAX_STEPS))
+    }
+
     /// The model in which no exchange of one effect for another increases the evidence.
     pub fn exchanged(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
         let count = model.fit.effects.len();
@@ -87,6 +122,14 @@ impl Searcher<'_> {
             return Ok(model);
         }
     }
+}
+
+/// Index of the first model with all effects of a model but one.
+fn known_without(model: &Tried, index: usize, tried: &[Tried]) -> Option<usize> {
+    let mut kinds: Vec<Kind> = model.fit.effects.iter().map(|e| e.kind).collect();
+    kinds.remove(index);
+    kinds.sort();
+    tried.iter().position(|t| t.kinds() == kinds && t.fit.slots.len() < model.fit.slots.len())
 }
 
 /// Values with the refinements of an effect at starting values; `None` if it has none or they are free.

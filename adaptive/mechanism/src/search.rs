@@ -8,7 +8,7 @@ use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
 use crate::intervals::are_defined;
 use crate::lack_of_fit::lack_of_fit;
 use crate::laws::JointKind;
-use crate::model::{Effect, Kind, Role};
+use crate::model::{Effect, Kind};
 use crate::others::Others;
 use crate::periodogram::best_periods;
 use crate::problem::Problem;
@@ -155,7 +155,7 @@ impl Searcher<'_> {
         Ok(None)
     }
 
-    /// The best models with one more effect at a joint that lacks fit, also if none of them improves on the parent: one of two
+    /// The best models with one more effect at a joint with a lack of fit, also if none of them improves on the parent: one of two
     /// effects alone may leave a residual that is as correlated in time.
     fn masked(
         &self,
@@ -163,10 +163,13 @@ impl Searcher<'_> {
         known: &[Tried],
         tried: &mut Vec<Tried>,
     ) -> Result<Vec<Tried>, MechanismError> {
-        let lacks = |j: usize| lack_of_fit(self.problem, parent, j).exceeds_noise;
-        let lacking: Vec<usize> = (0..self.problem.joints.len()).filter(|j| lacks(*j)).collect();
+        let exceeds_noise = |j: &usize| lack_of_fit(self.problem, parent, *j).exceeds_noise;
+        let misfitting: Vec<usize> = (0..self.problem.joints.len()).filter(exceeds_noise).collect();
+        if misfitting.is_empty() {
+            return Ok(vec![]);
+        }
         let is_known = |kind: Kind| known.iter().take(MAX_PARENTS).any(|tried| tried.kinds().contains(&kind));
-        let is_wanted = |kind: Kind| kind.joint().is_some_and(|j| lacking.contains(&j)) && !is_known(kind);
+        let is_wanted = |kind: Kind| kind.joint().is_some_and(|j| misfitting.contains(&j)) && !is_known(kind);
         let mut found = self.children_above(parent, tried, &is_wanted, f64::NEG_INFINITY)?;
         found.truncate(MAX_PARENTS);
         Ok(found)
@@ -199,13 +202,13 @@ impl Searcher<'_> {
         is_wanted: &dyn Fn(Kind) -> bool,
     ) -> Result<Vec<Tried>, MechanismError> {
         let joints = 0..self.problem.joints.len();
-        let lacking: Vec<bool> =
+        let misfits: Vec<bool> =
             joints.map(|j| lack_of_fit(self.problem, parent, j).is_larger_than_noise).collect();
-        let lacks = |kind: Kind| match kind {
-            Kind::Joint(_, j) => lacking[j],
-            _ => lacking.contains(&true),
+        let may_explain = |kind: Kind| match kind {
+            Kind::Joint(_, j) => misfits[j],
+            _ => misfits.contains(&true),
         };
-        self.children_above(parent, tried, &|kind| lacks(kind) && is_wanted(kind), MIN_SCREEN_GAIN_NATS)
+        self.children_above(parent, tried, &|kind| may_explain(kind) && is_wanted(kind), MIN_SCREEN_GAIN_NATS)
     }
 
     /// Fit all models with one more effect that may improve on a model, also where its residual is hardly more than noise.
@@ -343,41 +346,6 @@ impl Searcher<'_> {
         found.into_iter().filter(|j| fuller.fit.samples[*j] > 0).collect()
     }
 
-    /// A model without one of its effects, fitted to its optimum.
-    pub fn without_effect(&self, model: &Tried, index: usize, tried: &mut Vec<Tried>) -> Tried {
-        if let Some(known) = known_without(model, index, tried) {
-            return tried[known].clone();
-        }
-        let found = self.fitted_without(model, index);
-        tried.push(found.clone());
-        found
-    }
-
-    /// Fit a model without one of its effects from its own values, and keep the better of this and an earlier fit, which
-    /// may have ended at another optimum.
-    pub fn refit_without(&self, model: &Tried, index: usize, tried: &mut [Tried]) {
-        let Some(known) = known_without(model, index, tried) else { return };
-        let (found, times) = (self.fitted_without(model, index), self.times(model));
-        if found.fit.cost(&times) < tried[known].fit.cost(&times) {
-            tried[known] = found;
-        }
-    }
-
-    fn fitted_without(&self, model: &Tried, index: usize) -> Tried {
-        let mut effects = model.fit.fitted_effects();
-        effects.remove(index);
-        let mut from = model.fit.clone();
-        from.slots.iter_mut().for_each(|slot| {
-            // Indices of the effects behind the removed one change.
-            if let Role::Effect(k, param) = slot.role
-                && k > index
-            {
-                slot.role = Role::Effect(k - 1, param);
-            }
-        });
-        self.tried(fit(self.problem, &effects, Some(&from), Scope::Training, MAX_STEPS))
-    }
-
     pub fn support_of_all(&self, model: &Tried, tried: &mut Vec<Tried>) -> Vec<Support> {
         (0..model.fit.effects.len())
             .map(|k| self.support(&self.without_effect(model, k, tried), model))
@@ -396,14 +364,6 @@ impl Searcher<'_> {
         are_defined(self.problem, &model.fit, &self.times(model))
             && self.support_of_all(model, tried).iter().all(|support| support.passes())
     }
-}
-
-/// Index of the first model with all effects of a model but one.
-fn known_without(model: &Tried, index: usize, tried: &[Tried]) -> Option<usize> {
-    let mut kinds: Vec<Kind> = model.fit.effects.iter().map(|e| e.kind).collect();
-    kinds.remove(index);
-    kinds.sort();
-    tried.iter().position(|t| t.kinds() == kinds && t.fit.slots.len() < model.fit.slots.len())
 }
 
 fn is_compliance(kind: JointKind) -> bool {
