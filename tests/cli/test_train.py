@@ -120,7 +120,7 @@ def test_a_card_states_what_a_policy_sees_and_whether_it_converged(tmp_path: Pat
     about = invented(frame_stack=4, hidden=10, squashed=True).about
     last = {"success": 0.9, "untouched": 0.625, "lost": 0.0}
     result = {"curve": [last], "parameters": 1234, "simulated_seconds": 7200.0, "flattened": False}
-    card = model_card(read(file), about, result)
+    card = model_card(read(file), about, result, "2.15.0 on cpu")
     assert "the last 4 observations with 10 hidden parameters" in card
     assert "hyperbolic tangent" in card and "no: the curve still improved" in card
     assert "reached the goal in 90.0 %, without\ntouching an obstacle in 62.5 %" in card

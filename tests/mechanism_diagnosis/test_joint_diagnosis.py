@@ -127,6 +127,11 @@ def rename(old: str, new: str) -> Callable[[str], str]:
     return lambda text: text.replace(old, new)
 
 
+def inserted(row: str) -> Callable[[str], str]:
+    """Return a change that inserts a row as the third sample."""
+    return lambda text: "\n".join([*text.split("\n")[:3], row, *text.split("\n")[3:]])
+
+
 def in_degrees(text: str) -> str:
     """Return the log with the positions of the elbow in degrees."""
     head, *lines = text.splitlines()
@@ -140,12 +145,12 @@ def in_degrees(text: str) -> str:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (rename("elbow", "elbo"), "unknown joint 'elbo'; did you mean 'elbow'"),
-        (rename("q_elbow", "position"), "column position: is not a stream"),
-        (rename("t,", "time,"), "no column `t`"),
-        (rename("q_", "p_"), "no column q_JOINT"),
-        (lambda text: text.replace("\n", "\nx,0,0,0,0\n", 1), "row 2, column t: 'x' is not a number"),
-        (lambda text: text.replace("\n", "\n1,2\n", 1), "row 2: has 2 cells, the header has 5"),
+        (rename("elbow", "elbo"), "column q_elbo: a position of no joint"),
+        (rename("q_elbow", "elbow_error"), "there is no position of joint elbow"),
+        (rename("t,", "x,"), "no column of times"),
+        (rename("effort_", "efort_"), "not known which quantity of joint"),
+        (inserted("x,0,0,0,0"), "row 3, column 't': 'x' is not a number"),
+        (inserted("1,2"), "row 3 has 2 cells and the header 5"),
         (lambda text: "", "is empty"),
         (in_degrees, "degrees"),
     ],

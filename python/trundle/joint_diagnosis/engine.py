@@ -73,7 +73,7 @@ def diagnose_joints(
     command = command or (by_hand if step is None else "trundle.diagnose(..., step=...)")
     fingerprints = inputs(recording=source, mjcf=mjcf)
     page = render_joints(answer, recording, motion, outcome, under_test, paths, command, fingerprints)
-    return JointDiagnosis(answer, model, page, paths)
+    return JointDiagnosis(answer, model, page, paths, recording)
 
 
 def _model_under_test(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trundle import _native
+from trundle._native import JointRecording
 from trundle._types import JointAnswer
 from trundle.atomic import atomic_folder
 from trundle.display import Card, Displayed
@@ -40,6 +41,8 @@ class JointDiagnosis(Displayed):
         ``report.html``: one page that needs no network and works without scripts.
     predictions : dict
         Open-loop simulation of each held-out episode: see `trundle.joint_diagnosis.held_out.Path`.
+    recording : JointRecording
+        The recording; for a CSV log its note `columns` states which column became which stream.
 
     Examples
     --------
@@ -59,6 +62,7 @@ class JointDiagnosis(Displayed):
     model: MechanismModel
     report: str
     predictions: dict[str, MotionPath]
+    recording: JointRecording
 
     @property
     def verdict(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from trundle._native import TrundleError
 from trundle._optional import require
 
-__all__ = ["compile_model", "import_mujoco", "read_specification"]
+__all__ = ["compile_model", "import_mujoco", "joint_names", "read_specification"]
 
 MIN_VERSION = (3, 14)
 
@@ -64,6 +64,23 @@ def read_specification(source: str | os.PathLike[str]) -> tuple[Any, str]:
     # Fixed links of a URDF keep their names, so that payloads and masses can refer to them.
     spec.compiler.fusestatic = False
     return spec, name
+
+
+def joint_names(source: str | os.PathLike[str]) -> list[str]:
+    """Return the named joints of an MJCF or URDF model, in its order.
+
+    Parameters
+    ----------
+    source : path or str
+        A file, or the text of a model.
+
+    Raises
+    ------
+    TrundleError
+        If the file does not exist or is not a model.
+    """
+    specification, _ = read_specification(source)
+    return [joint.name for joint in specification.joints if joint.name]
 
 
 def compile_model(spec: Any, name: str) -> Any:

@@ -162,14 +162,18 @@ def diagnose_one(
     except trundle.TrundleError as error:
         return str(error)
     if isinstance(diagnosis, trundle.JointDiagnosis):
-        return diagnosis.answer["warnings"], "\n".join(format_joint_answer(diagnosis.answer, written))
+        lines = format_joint_answer(diagnosis.answer, written)
+        columns = diagnosis.recording.metadata.get("notes", {}).get("columns")
+        if recording.suffix.lower() == ".csv" and columns:
+            lines.insert(1, f"  columns: {columns}")
+        return diagnosis.answer["warnings"], "\n".join(lines)
     return diagnosis.series["doubts"], "\n".join(format_answer(diagnosis.answer, written))
 
 
 def output_folder(recording: Path, args: argparse.Namespace) -> Path:
     """Return the output folder of a recording."""
     name = recording.resolve().name
-    if recording.suffix == ".csv":
+    if recording.suffix.lower() == ".csv":
         name = recording.stem
     if args.out is None:
         return Path("diagnosis") / name

@@ -10,7 +10,7 @@ from trundle.experiments.training.policy import About
 __all__ = ["model_card"]
 
 
-def model_card(settings: Settings, about: About, result: Row) -> str:
+def model_card(settings: Settings, about: About, result: Row, torch: str) -> str:
     """Return the card of a policy as Markdown.
 
     Parameters
@@ -20,6 +20,8 @@ def model_card(settings: Settings, about: About, result: Row) -> str:
         Metadata of the policy.
     result : dict
         The result of the training, with its curve.
+    torch : str
+        PyTorch's version and device.
     """
     last = result["curve"][-1]
     worlds = settings.evaluation
@@ -37,6 +39,7 @@ def model_card(settings: Settings, about: About, result: Row) -> str:
         ("reward shaping", f"`{settings.aids}`" if settings.algorithm != "RMA" else "none"),
         ("converged", "yes" if result["flattened"] else "no: the curve still improved at the end"),
         ("settings", f"`{about.config}.toml`, seed {about.seed}, digest `{about.digest}`"),
+        ("PyTorch", torch),
     ]
     return f"""# {about.config}-{about.seed}
 

@@ -122,8 +122,10 @@ class Training:
             "flattened": has_flattened(self.curve),
             "curve": self.curve,
         }
-        write_text(self._timing_file, json.dumps({"cpu_seconds": round(seconds, 1)}, indent=1) + "\n")
-        write_text(self.policy_file.with_suffix(".md"), model_card(self.settings, policy.about, result))
+        timing = {"cpu_seconds": round(seconds, 1), "torch": torch.__version__, "device": self._device}
+        write_text(self._timing_file, json.dumps(timing, indent=1) + "\n")
+        card = model_card(self.settings, policy.about, result, f"{torch.__version__} on {self._device}")
+        write_text(self.policy_file.with_suffix(".md"), card)
         write_text(self._curve_file, json.dumps(result, indent=1) + "\n")
         self.checkpoint_file.unlink(missing_ok=True)
         return result

@@ -127,7 +127,13 @@ def _choose_object(found: Bodies, poses: list[Group], forced: Group | None, grip
         found.questions.append(_which("object", named or others))
     else:
         found.questions.append(
-            Question("columns.object_x", "no pose of the object (x, y and a heading)", (), "NAME")
+            Question(
+                "columns.object_x",
+                "no pose of the object (x, y and a heading); for a log of joints give their model with "
+                "--set recording.mechanism.model=FILE",
+                (),
+                "NAME",
+            )
         )
 
 

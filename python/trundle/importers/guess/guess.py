@@ -14,6 +14,7 @@ from trundle.importers.csv_dialect import Dialect
 from trundle.importers.guess.bodies import Bodies, find_bodies
 from trundle.importers.guess.clock import find_clocks, source_name
 from trundle.importers.guess.evidence import guess_unit
+from trundle.importers.guess.joints import guess_joint_map
 from trundle.importers.guess.metadata import missing_metadata, quiet_start
 from trundle.importers.guess.names import DIMENSIONS, ColumnName
 from trundle.importers.guess.result import Assignment, MapGuess, Question
@@ -33,6 +34,7 @@ def guess_map(source: Path | str, given: Mapping[str, Any] | None = None) -> Map
         A CSV file, or a folder whose `*.csv` are episodes with the same columns.
     given : mapping, optional
         Keys of the map that are known, as nested dictionaries: answers to the questions of an earlier guess.
+        With a model of joints (`recording.mechanism.model`, an MJCF or URDF file) the map is one of joints.
 
     Returns
     -------
@@ -55,6 +57,11 @@ def guess_map(source: Path | str, given: Mapping[str, Any] | None = None) -> Map
 
 def guess_from(source: Path, table: Table, given: Mapping[str, Any]) -> MapGuess:
     """Guess the map of a source whose table is read."""
+    model = given.get("recording", {}).get("mechanism", {}).get("model")
+    if model is not None:
+        from trundle.mechanism.source import joint_names  # needs trundle[mujoco]
+
+        return guess_joint_map(source, table, joint_names(model)).as_map(source, given)
     known = deepcopy(dict(given))
     faults = {name.text: table.fault(name.text) for name in table.names if name.quantity}
     usable = [name for name in table.names if not faults.get(name.text)]

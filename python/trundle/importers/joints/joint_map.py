@@ -100,7 +100,8 @@ class JointMap:
             raise SourceError(
                 source,
                 f"row {large[0] + 1}: {kind}_{joint} = {values[large[0]]:.6g} is more than {MAX_TURNS} turns "
-                'in radians; set `angle` = "degrees", or "radians" if the joint does turn that far',
+                "in radians; end the name of the column with _deg, or with _rad if the joint does turn that "
+                'far, or set `angle` = "degrees" or "radians" in the map',
             )
         return values
 
@@ -130,7 +131,7 @@ def assemble_joints(takes: Sequence[Take], joint_map: JointMap, name: str) -> Im
     mechanism = mechanism_of(recording)
     if mechanism.get("joints", joint_map.names) != joint_map.names:
         raise MapError("`recording.mechanism.joints` differs from `joints`; remove it")
-    if "model" not in mechanism and "axis" not in mechanism:
+    if not {"model", "axis", "types"} & mechanism.keys():
         raise MapError(
             '`recording.mechanism.model` is missing: an MJCF or URDF file; without one set `axis` = "hinge" '
             'or "slide" in [recording.mechanism], for a single joint'
