@@ -115,6 +115,11 @@ def test_a_commanded_effort_is_declared(tmp_path: Path) -> None:
     assert found.text == "t = time, q_elbow = elbow_pos, effort_elbow = elbow_torque_cmd, episodes by run"
 
 
+def test_a_time_in_two_columns(tmp_path: Path) -> None:
+    found = guess(tmp_path / "log.csv", "stamp.secs,stamp.nsecs,elbow_pos")
+    assert found.text == "t = stamp.secs + stamp.nsecs in ns, q_elbow = elbow_pos"
+
+
 def test_a_guessed_map_imports_a_log(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
     (tmp_path / "robot.xml").write_text(ARM)

@@ -119,8 +119,16 @@ def test_a_log_and_an_mjcf_file_are_diagnosed_in_one_line(
         "--quiet",
     ]
     assert main(command) == 0
-    assert "joint_dry_friction:elbow (probability" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "joint_dry_friction:elbow (probability" in printed
+    assert "columns:" not in printed
     assert {file.name for file in out.iterdir()} == FILES
+    answer = json.loads((out / "diagnosis.json").read_text())
+    assert "timing:elbow" in answer["nominal"]["after"]  # not a value of the mechanism
+    patched = tmp_path / "patched"
+    export = ["export", str(out / "model.toml"), "--mjcf-patch", str(patched)]
+    assert main([*export, "--mjcf", str(log / "robot.xml")]) == 0
+    assert "frictionloss" in (patched / "robot.xml").read_text()
 
 
 def rename(old: str, new: str) -> Callable[[str], str]:

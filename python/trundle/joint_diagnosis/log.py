@@ -88,7 +88,8 @@ def read_log(path: PathLike, mjcf: PathLike | None) -> JointRecording:
     names = list(episodes)
     last = max(1, round(HELD_OUT_SHARE * len(names)))
     imported.metadata["split"] = {"held_out": names[len(names) - last :]}
-    imported.metadata["notes"] = {"columns": guess.text}
+    if guess.text:
+        imported.metadata["notes"] = {"columns": guess.text}
     return JointRecording(imported.metadata, episodes, imported.files)
 
 

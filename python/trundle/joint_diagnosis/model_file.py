@@ -13,6 +13,9 @@ __all__ = ["build_model"]
 TABLE_KEYS = ("joints", "model", "free", "axis", "types", "imposed", "inertia", "gravity", "gravity_torque")
 """Keys of `[mechanism]` that a model file has."""
 
+OF_THE_RECORDING = ("timing",)
+"""Kinds of nominal values that describe the sampling of a recording, not the mechanism."""
+
 
 def build_model(
     table: Mapping[str, Any], fitted: Mapping[str, Any], answer: Mapping[str, Any]
@@ -36,7 +39,7 @@ def build_model(
     ]
     means, variances = {}, {}
     for name, estimate in answer["nominal"]["after"].items():
-        if estimate["identifiable"] and estimate["sd"] is not None:
+        if _is_of_mechanism(name) and estimate["identifiable"] and estimate["sd"] is not None:
             means[name], variances[name] = estimate["mean"], estimate["sd"] ** 2
     stated = {_name(one["effect"], one["where"]): one["parameters"] for one in answer["missing"]}
     for effect in effects:
@@ -48,10 +51,14 @@ def build_model(
     covariance = [[variances[name] if name == other else 0.0 for other in names] for name in names]
     return MechanismModel(
         MechanismTable(**{key: table[key] for key in TABLE_KEYS if key in table}),
-        dict(fitted["nominal"]),
+        {name: value for name, value in fitted["nominal"].items() if _is_of_mechanism(name)},
         effects,
         Posterior(names, [means[name] for name in names], covariance) if names else None,
     )
+
+
+def _is_of_mechanism(name: str) -> bool:
+    return name.split(":")[0] not in OF_THE_RECORDING
 
 
 def _name(effect: str, where: Mapping[str, str] | None) -> str:

@@ -71,9 +71,29 @@ def motors(patch: Patch, effect: JointEffect) -> list[Any]:
 
 
 def set_delay(patch: Patch, effect: JointEffect) -> None:
-    """Delay the control; the buffer holds enough samples for the model's step."""
-    delay = effect.parameters["delay"]
-    for actuator in find_drives(patch, patch.joint(effect).name):
+    """Delay the control of a drive."""
+    delay_control(patch, effect, find_drives(patch, patch.joint(effect).name), effect.parameters["delay"])
+
+
+def set_reading_delay(patch: Patch, effect: JointEffect) -> None:
+    """Delay the control, the recorded effort, if it was recorded before it acts."""
+    delay = -effect.parameters["delay"]
+    if delay > 0.0:
+        delay_control(patch, effect, motors(patch, effect), delay)
+    else:
+        note_instrument(patch, effect)
+
+
+def note_instrument(patch: Patch, effect: JointEffect) -> None:
+    """Note an effect of the recorded effort that a simulation does not have."""
+    patch.notes.append(f"{effect.name} is a property of the recorded effort and not part of the model.")
+
+
+def delay_control(patch: Patch, effect: JointEffect, actuators: list[Any], delay: float) -> None:
+    """Delay the control of actuators; the buffer holds enough samples for the model's step."""
+    if not actuators:
+        return
+    for actuator in actuators:
         actuator.delay = delay
         actuator.nsample = math.ceil(delay / patch.original.opt.timestep) + 1
     patch.notes.append(
@@ -118,6 +138,8 @@ def compute_droop(patch: Patch, effect: JointEffect) -> None:
 ACTUATOR_EFFECTS: dict[str, Callable[[Patch, JointEffect], None]] = {
     "effort_gain": set_gain,
     "effort_bias": set_bias,
+    "effort_delay": set_reading_delay,
+    "effort_lag": note_instrument,
     "drive_delay": set_delay,
     "drive_lag": set_lag,
     "effort_saturation": set_limit,

@@ -17,8 +17,6 @@ from trundle.mechanism.source import compile_model
 __all__ = ["apply_model", "patch_text"]
 
 TARGET_VALUES = ("target_stiffness", "target_damping", "target_limit")
-INSTRUMENTS = ("effort_delay", "effort_lag")
-"""Effects of the recorded effort that a simulation does not have."""
 
 
 def compute(patch: Patch, effect: JointEffect) -> None:
@@ -27,18 +25,12 @@ def compute(patch: Patch, effect: JointEffect) -> None:
     patch.compute(effect)
 
 
-def note_instrument(patch: Patch, effect: JointEffect) -> None:
-    """Note an effect of the recorded effort."""
-    patch.notes.append(f"{effect.name} is a property of the recorded effort and not part of the model.")
-
-
 EFFECTS = {
     **JOINT_EFFECTS,
     **BODY_EFFECTS,
     **ACTUATOR_EFFECTS,
     "joint_directional_friction": compute,
     "joint_cogging": compute,
-    **dict.fromkeys(INSTRUMENTS, note_instrument),
 }
 """Functions by the kind of the effect, in the order in which they are applied."""
 

@@ -51,12 +51,14 @@ class JointGuess:
 
     @property
     def text(self) -> str:
-        """The assigned columns, as one line."""
+        """The columns whose names are not those of a recording, as one line; empty if there are none."""
         columns = {"t": self.settings["time"], **self.settings["columns"]}
-        pairs = [f"{column} = {source['name']}" for column, source in columns.items()]
+        named = {column: _text(source) for column, source in columns.items()}
+        pairs = [f"{column} = {text}" for column, text in named.items() if text != column]
         if (episode := self.settings.get("episode_column")) is not None:
             pairs.append(f"episodes by {episode}")
-        return ", ".join(pairs) + (f"; not used: {', '.join(self.unused)}" if self.unused else "")
+        unused = f"not used: {', '.join(self.unused)}" if self.unused else ""
+        return "; ".join(filter(None, [", ".join(pairs), unused]))
 
 
 def guess_joint_map(source: Path, table: Table, joints: Sequence[str] | None) -> JointGuess:
@@ -88,9 +90,10 @@ def guess_joint_map(source: Path, table: Table, joints: Sequence[str] | None) ->
     parsed = [parse_joint_name(name, joints, unit_of[name]) for name in names]
     clock = _clock(source, table)
     episode = next((name for name in names if _is_episode(name)), None)
-    left = [column for column in parsed if column.text not in (clock["name"], episode)]
+    times = [part["name"] for part in clock.get("sum", [clock])]
+    left = [column for column in parsed if column.text not in (*times, episode)]
     columns = _streams(source, left, joints)
-    used = {clock["name"], episode, *(column.text for column in columns.values())}
+    used = {column.text for column in columns.values()}
     unused = [column for column in left if column.text not in used]
     _refuse_doubtful(source, unused, columns, joints)
     settings: dict[str, Any] = {
@@ -126,7 +129,13 @@ def _clock(source: Path, table: Table) -> dict[str, Any]:
     if questions or not assignments:
         found = questions[0].text if questions else "no column of times"
         raise SourceError(source, f"{found}; the columns are {', '.join(table.file.names)}; {REMEDY}")
-    return dict(assignments[0].value)
+    clock = dict(assignments[0].value)
+    return {"name": clock["name"]} if clock.get("unit") == "s" else clock
+
+
+def _text(source: Mapping[str, Any]) -> str:
+    """Return a source of a map in words."""
+    return " + ".join(" in ".join(part.values()) for part in source.get("sum", [source]))
 
 
 def _is_episode(name: str) -> bool:
