@@ -29,6 +29,7 @@ ARM = """<mujoco><worldbody>
         ("shoulder", "q", "shoulder", None),
         ("observation.state.shoulder.pos", "q", "shoulder", None),
         ("action.shoulder.pos", "target", "shoulder", None),
+        ("wrist_deg", "q", "wrist", "deg"),
         ("Shoulder Position [deg]", "q", "shoulder", "deg"),
         ("wrist_roll_vel_rad_s", "v", "wrist_roll", "rad/s"),
         ("wrist_torque_Nm", "effort", "wrist", "N m"),
@@ -124,7 +125,7 @@ def test_a_guessed_map_imports_a_log(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
     (tmp_path / "robot.xml").write_text(ARM)
     t = np.arange(40) * 5
-    rows = [f"{ms};{30 * np.sin(ms):.3f};{ms % 7};{ms // 100}".replace(".", ",") for ms in t]
+    rows = [f"{ms};{30 * np.sin(ms):.3f};{ms % 7};ep {ms // 100}".replace(".", ",") for ms in t]
     path = tmp_path / "log.csv"
     path.write_text("\n".join(["time_ms;elbow angle [deg];elbow torque [Nm];run", *rows]) + "\n")
     given = {"recording": {"mechanism": {"model": str(tmp_path / "robot.xml")}}}
@@ -133,6 +134,6 @@ def test_a_guessed_map_imports_a_log(tmp_path: Path) -> None:
     by_guess = trundle.importers.read(path, "csv", found.settings).recording()
     by_file = trundle.importers.read(path, "csv", write_map(found, tmp_path / "map.toml")).recording()
     assert isinstance(by_guess, trundle.JointRecording)
-    assert list(by_guess) == list(by_file) == ["0", "1"]
-    _, positions = by_guess["0"].stream("q", "elbow")
+    assert list(by_guess) == list(by_file) == ["ep 0", "ep 1"]
+    _, positions = by_guess["ep 0"].stream("q", "elbow")
     np.testing.assert_allclose(positions, np.radians(np.round(30 * np.sin(t[:20]), 3)))

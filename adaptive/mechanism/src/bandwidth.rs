@@ -12,16 +12,43 @@ const MAX_NOISE_SHARE: f64 = 0.01;
 const MIN_SIGNAL_SHARES: [f64; 2] = [0.95, 0.7];
 /// Ratio of neighbouring cut-off frequencies.
 const STEP: f64 = 1.25;
+/// Largest factor by which the first stage is shorter than one of two equal stages. What it does to terms that are not linear
+/// falls with the fourth power of this factor, and the number of samples grows with it.
+const MAX_REFINEMENT: f64 = 2.0;
 /// Most filtered samples of a joint. More only cost time: a friction law does not need them.
 const MAX_SAMPLES: f64 = 4000.0;
 /// Fewest filtered samples of a joint, if the noise allows them.
 const MIN_SAMPLES: f64 = 200.0;
 /// Standard deviations of the filter between samples that are compared. Noise of neighbours is then correlated by 0.1.
-pub(crate) const SPACING_SDS: f64 = 3.0;
+const SPACING_SDS: f64 = 3.0;
 
-/// Standard deviation of each of the two filter stages with a cut-off frequency, s.
-pub(crate) fn stage_sd(frequency: f64) -> f64 {
-    SD_OF_ONE_HERTZ / frequency / 2f64.sqrt()
+/// Standard deviations of the two filter stages, s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StageSds {
+    /// Of the filter of positions and efforts, before terms that are not linear.
+    pub first: f64,
+    /// Of the filter of residuals.
+    pub second: f64,
+}
+
+impl StageSds {
+    /// Stages that together have the first cut-off frequency; two equal ones would have the second one.
+    pub fn new(cutoffs: Cutoffs) -> Self {
+        let both = SD_OF_ONE_HERTZ / cutoffs.compared;
+        let finest = (SD_OF_ONE_HERTZ / cutoffs.resolved).clamp(both / MAX_REFINEMENT, both);
+        let first = finest / 2f64.sqrt();
+        Self { first, second: (both * both - first * first).sqrt() }
+    }
+
+    /// Number of samples at intervals of `dt` from one compared sample to the next.
+    pub fn spacing(&self, dt: f64) -> usize {
+        ((SPACING_SDS * self.both() / dt) as usize).max(1)
+    }
+
+    /// Standard deviation of both stages.
+    pub fn both(&self) -> f64 {
+        self.first.hypot(self.second)
+    }
 }
 
 /// Positions of one joint in one episode.
@@ -55,10 +82,19 @@ pub(crate) fn noise(episodes: &[Positions<'_>]) -> f64 {
     (mean / 20.0).sqrt().max(quantisation)
 }
 
-/// The largest cut-off frequency, Hz, at which no more than [`MAX_NOISE_SHARE`] of the accelerations is noise.
+/// Cut-off frequencies, Hz.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cutoffs {
+    /// Up to it a motion has most of its acceleration, and no more than [`MAX_NOISE_SHARE`] of the accelerations is noise.
+    pub compared: f64,
+    /// The largest one at which no more than this share is noise. Terms that are not linear are computed up to it.
+    pub resolved: f64,
+}
+
+/// The cut-off frequencies of one joint.
 ///
 /// `slowest` is the largest median interval of the streams that are compared, s. The filter resolves it.
-pub(crate) fn cutoff(episodes: &[Positions<'_>], noise: f64, slowest: f64) -> f64 {
+pub(crate) fn cutoffs(episodes: &[Positions<'_>], noise: f64, slowest: f64) -> Cutoffs {
     let duration: f64 = episodes.iter().filter_map(|e| Some(e.t.last()? - e.t.first()?)).sum();
     // Each of the two filter stages has a standard deviation of at least one interval.
     let highest = SD_OF_ONE_HERTZ / (slowest * 2f64.sqrt());
@@ -72,6 +108,7 @@ pub(crate) fn cutoff(episodes: &[Positions<'_>], noise: f64, slowest: f64) -> f6
         frequency /= STEP;
         power = powers(episodes, noise, frequency, 2);
     }
+    let resolved = frequency.max(lowest);
     // Frequencies beyond the motion only add noise.
     let signal = |power: [f64; 2]| (power[0] - power[1]).max(0.0);
     let kept = |frequency: f64, order: usize| signal(powers(episodes, noise, frequency, order));
@@ -82,7 +119,7 @@ pub(crate) fn cutoff(episodes: &[Positions<'_>], noise: f64, slowest: f64) -> f6
     while frequency > lowest.max(enough) * STEP && suffices(frequency / STEP) {
         frequency /= STEP;
     }
-    frequency.max(lowest)
+    Cutoffs { compared: frequency.max(lowest), resolved }
 }
 
 /// Mean square of a derivative of the filtered positions, and the part of it that is noise.
@@ -129,7 +166,7 @@ mod tests {
     fn noise_lowers_the_cutoff() {
         let of = |sd: f64| {
             let (t, q) = samples(sd);
-            cutoff(&[Positions { t: &t, q: &q }], sd, 0.005)
+            cutoffs(&[Positions { t: &t, q: &q }], sd, 0.005).compared
         };
         assert!(of(1e-5) > 1.2 * of(3e-2), "{} {}", of(1e-5), of(3e-2));
     }

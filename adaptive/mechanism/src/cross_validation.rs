@@ -9,7 +9,7 @@
 
 use crate::fit::{Fit, bounded_step, variances};
 use crate::model::Role;
-use crate::problem::{Problem, spacing};
+use crate::problem::Problem;
 use crate::rows::{JointRows, Place, Scope, evaluate, normal_equations, parts, weight};
 use nalgebra::DVector;
 
@@ -86,7 +86,7 @@ fn left_out_of(
 /// Number of a place's block in its episode.
 fn block(problem: &Problem, place: &Place) -> usize {
     let episode = &problem.episodes[place.episode];
-    place.sample / (SAMPLES_PER_BLOCK * spacing(&episode.kernel, episode.dt))
+    place.sample / (SAMPLES_PER_BLOCK * episode.spacing)
 }
 
 /// Slots of parameters beyond which laws act.

@@ -1,5 +1,6 @@
 //! Effort through an elastic transmission one of whose sides is not measured.
 
+use crate::bandwidth::StageSds;
 use crate::laws::{Compliance, DAMPING_RATIO};
 use trundle_model::Real;
 
@@ -50,7 +51,7 @@ pub(crate) fn transmitted<T: Real>(
 }
 
 /// Share of the noise of the measured acceleration that is left in the residual, at most one. `measured` is the inertia of the
-/// measured side, and `stage_sd` the standard deviation of both filter stages.
+/// measured side.
 ///
 /// The residual contains the acceleration times the inertia of the measured side, plus that of the other side times the
 /// transmission's transfer function. A soft transmission between a light and a heavy side would filter the noise, and fit
@@ -60,18 +61,21 @@ pub(crate) fn noise_share<T: Real>(
     compliance: Compliance<T>,
     other: Unmeasured<T>,
     measured: T,
-    stage_sd: f64,
+    stages: StageSds,
 ) -> T {
     let (mut power, mut all) = (T::zero(), 0.0);
+    let unit = stages.both() / 2f64.sqrt();
     for node in 1..=NODES {
         let x = node as f64 * MAX_FREQUENCY / NODES as f64;
-        let frequency = x / stage_sd;
-        // Two flat filters of the second derivative of white noise.
-        let weight = x.powi(4) * (1.0 - (1.0 - (-0.5 * x * x).exp()).powi(2)).powi(4);
+        let frequency = x / unit;
+        let kept = |sd: f64| (-0.5 * (frequency * sd).powi(2)).exp();
+        // A flat and a plain filter of the second derivative of white noise.
+        let amplitude = (1.0 - (1.0 - kept(stages.first)).powi(2)) * kept(stages.second);
+        let weight = x.powi(4) * amplitude * amplitude;
         let own = damping_of(compliance, other.inertia);
         let (above, below) = (own * frequency, (other.damping + own) * frequency);
         let rest = compliance.stiffness - other.inertia * (frequency * frequency);
-        let broadened = other.inertia * (frequency * MAX_FREQUENCY / NODES as f64 / stage_sd);
+        let broadened = other.inertia * (frequency * MAX_FREQUENCY / NODES as f64 / unit);
         let size = rest * rest + below * below + broadened * broadened;
         let real = (compliance.stiffness * rest + above * below) / size;
         let imaginary = (above * rest - compliance.stiffness * below) / size;
@@ -98,6 +102,7 @@ fn damping_of<T: Real>(compliance: Compliance<T>, inertia: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::{Unmeasured, noise_share, transmitted};
+    use crate::bandwidth::StageSds;
     use crate::laws::Compliance;
 
     const DT: f64 = 0.002;
@@ -139,7 +144,12 @@ mod tests {
     fn a_soft_transmission_leaves_the_noise_of_the_measured_side() {
         let share = |stiffness: f64, measured: f64| {
             let compliance = Compliance { stiffness, damping: Some(0.1) };
-            noise_share(compliance, Unmeasured { inertia: 0.5, damping: 0.1 }, measured, 0.02)
+            noise_share(
+                compliance,
+                Unmeasured { inertia: 0.5, damping: 0.1 },
+                measured,
+                StageSds { first: 0.02, second: 0.02 },
+            )
         };
         assert!((share(1e-3, 0.1) - 0.1 / 0.6).abs() < 1e-3, "{}", share(1e-3, 0.1));
         assert!((share(1e9, 0.1) - 1.0).abs() < 1e-6);

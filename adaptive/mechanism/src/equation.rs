@@ -1,7 +1,6 @@
 //! The equation of one joint along the measured motion: what its drive and the laws exert, less what the mechanism
 //! needs. Its residual is zero for the right model.
 
-use crate::bandwidth::stage_sd;
 use crate::deflection::{Unmeasured, noise_share, transmitted};
 use crate::drive::Drive;
 use crate::dynamics::{AxisLoad, Needed};
@@ -42,6 +41,8 @@ pub(crate) struct JointModel<T> {
     /// Time by which the drive acts after its record.
     timing: Option<T>,
     offset: T,
+    /// Whether no drive acts on this joint of a model.
+    is_passive: bool,
     laws: Vec<Law<T>>,
 }
 
@@ -66,6 +67,7 @@ impl<T: Real> JointModel<T> {
             back_emf: T::zero(),
             timing: None,
             offset: T::zero(),
+            is_passive: axis.is_none() && problem.joints[j].drive == Drive::None,
             laws: vec![],
         };
         let constant = |x: &f64| T::lift(*x);
@@ -161,7 +163,7 @@ impl<T: Real> JointModel<T> {
     pub fn is_linear_in_needed(&self) -> bool {
         let is_linear =
             |law: &Law<T>| !law.reads_external() && law.compliance().is_none() && law.gap().is_none();
-        self.laws.iter().all(is_linear)
+        !self.is_passive && self.laws.iter().all(is_linear)
     }
 
     /// Effort that the links need without armature, damping and friction. `common` is that of the model.
@@ -223,6 +225,8 @@ impl<T: Real> JointModel<T> {
             delivered_share(&|k| drive[k].re(), &sum)
         });
         let filtered = self.noise_share(problem, on_drive, &own_inertia, series.q.len());
+        let given = episode.dynamics.as_ref().map(|given| given.own_inertia[j].as_slice());
+        let heavier = given.and_then(|given| self.inertia_share(problem.of_model[j][0], given, &own_inertia));
         let compliant = elastic.or(loose);
         let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
@@ -231,7 +235,7 @@ impl<T: Real> JointModel<T> {
         let gain = self
             .gain
             .map_or_else(|| T::lift(1.0), |gain| at_least_small(magnitude(gain / setup.reference_gain)));
-        let shares = clipped.into_iter().chain(bridged).chain(filtered);
+        let shares = clipped.into_iter().chain(bridged).chain(filtered).chain(heavier);
         let size = shares.fold(gain, |size, share| size * share).recip();
         let one = |k: usize| {
             let (q, v, a) = (series.q[k], series.v[k], series.a[k]);
@@ -291,6 +295,17 @@ impl<T: Real> JointModel<T> {
         Some(found.iter().zip(&rigid).map(change).collect())
     }
 
+    /// Inertia of a joint without drive relative to the given one, in an episode. No effort fixes the size of its equation:
+    /// residuals are divided by this share, or small masses would make them all small.
+    fn inertia_share(&self, armature: f64, given: &[f64], own_inertia: &dyn Fn(usize) -> T) -> Option<T> {
+        let (mut own, mut reference) = (T::zero(), 0.0);
+        for (k, given) in given.iter().enumerate().filter(|_| self.is_passive) {
+            own += own_inertia(k) + self.armature;
+            reference += given + armature;
+        }
+        (reference > 0.0 && own.re() > 0.0).then(|| own / reference)
+    }
+
     /// See [`noise_share`]; with the mean own inertia of an episode.
     fn noise_share(
         &self,
@@ -307,7 +322,7 @@ impl<T: Real> JointModel<T> {
             true => (Unmeasured { inertia: own, damping: T::zero() }, self.armature),
             false => (drive, own),
         };
-        Some(noise_share(compliance, other, measured, stage_sd(problem.bandwidth)))
+        Some(noise_share(compliance, other, measured, problem.stages))
     }
 
     /// Effort by which a play between drive and joint changes the equation; `None` without one. `seen` are the positions of

@@ -1,6 +1,6 @@
 //! Smoothed motion of all joints on the uniform times of each episode.
 
-use crate::bandwidth::{Positions, cutoff, noise, stage_sd};
+use crate::bandwidth::{Cutoffs, Positions, StageSds, cutoffs, noise};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
 use crate::resample::{Grid, in_gap, interpolated, median_interval};
@@ -54,8 +54,7 @@ pub struct Motion {
     pub position_noise: Vec<f64>,
     /// Standard deviation of the noise of each joint's filtered velocity.
     pub(crate) velocity_noise: Vec<f64>,
-    /// Standard deviation of each of the two filter stages, s.
-    pub(crate) stage_sd: f64,
+    pub(crate) stages: StageSds,
     /// Median interval between positions in the training episodes by joint, s.
     pub(crate) interval: Vec<f64>,
 }
@@ -65,7 +64,7 @@ impl Motion {
     /// stages of the filter. A Gaussian filter of standard deviation s has √(T/(2√π s)) for the value, with the factors
     /// 1/(√2 s) and √3/(2 s²) for the derivatives.
     pub(crate) fn noise_gain(&self, derivative: usize, interval: f64) -> f64 {
-        let sd = self.stage_sd * 2f64.sqrt();
+        let sd = self.stages.both();
         let factor = [1.0, 0.5f64.sqrt() / sd, 0.75f64.sqrt() / (sd * sd)][derivative];
         factor * (interval / (2.0 * std::f64::consts::PI.sqrt() * sd)).sqrt().min(1.0)
     }
@@ -87,7 +86,7 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
         recording.episodes.iter().map(|episode| !recording.metadata.is_held_out(&episode.name)).collect();
     let stated = recording.metadata.noise.as_ref().and_then(|noise| noise.position.as_ref());
     let (mut position_noise, mut interval) = (vec![], vec![]);
-    let mut bandwidth = f64::INFINITY;
+    let mut lowest = Cutoffs { compared: f64::INFINITY, resolved: f64::INFINITY };
     for (joint, episodes) in joints.iter().zip(&streams) {
         let training: Vec<Positions<'_>> = episodes
             .iter()
@@ -100,26 +99,30 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
         interval.push(training.iter().filter_map(|one| median_interval(one.t)).fold(0.0, f64::max));
         let moves = range(training.iter().flat_map(|episode| episode.q)) > MIN_RANGE_SDS * sd;
         if moves {
-            bandwidth = bandwidth.min(cutoff(&training, sd, slowest_interval(recording, joint)));
+            let own = cutoffs(&training, sd, slowest_interval(recording, joint));
+            lowest.compared = lowest.compared.min(own.compared);
+            lowest.resolved = lowest.resolved.min(own.resolved);
         }
     }
-    if !bandwidth.is_finite() {
+    if !lowest.compared.is_finite() {
         return Err(MechanismError::Unsuitable {
             recording: recording.metadata.name.clone(),
             reason: "no joint moves by more than ten standard deviations of its noise".to_owned(),
             remedy: "record motion, or state [noise] position".to_owned(),
         });
     }
-    let stage_sd = stage_sd(bandwidth);
+    let stages = StageSds::new(lowest);
     let one = |k: usize| {
         let own: Vec<&(Vec<f64>, Vec<f64>)> = streams.iter().map(|episodes| &episodes[k]).collect();
-        smooth(recording, k, &own, stage_sd)
+        smooth(recording, k, &own, stages.first)
     };
     let episodes: Vec<EpisodeMotion> = (0..recording.episodes.len()).map(one).collect();
-    let dt = episodes.iter().find(|episode| !episode.held_out).map_or(stage_sd, |episode| episode.grid.dt);
-    let amplification = Kernel::flat(stage_sd, dt).noise()[1];
+    let dt =
+        episodes.iter().find(|episode| !episode.held_out).map_or(stages.first, |episode| episode.grid.dt);
+    let amplification = Kernel::flat(stages.first, dt).noise()[1];
     let velocity_noise = position_noise.iter().map(|sd| sd * amplification).collect();
-    Ok(Motion { joints, episodes, bandwidth, position_noise, velocity_noise, stage_sd, interval })
+    let bandwidth = lowest.compared;
+    Ok(Motion { joints, episodes, bandwidth, position_noise, velocity_noise, stages, interval })
 }
 
 /// Largest minus smallest value.

@@ -1,6 +1,6 @@
 //! A recording with its motion and dynamics: the data of all fits.
 
-use crate::bandwidth::SPACING_SDS;
+use crate::bandwidth::StageSds;
 use crate::drive::Drive;
 use crate::dynamics::{AxisLoad, Dynamics, EpisodeDynamics};
 use crate::error::MechanismError;
@@ -59,6 +59,8 @@ pub(crate) struct EpisodeData {
     pub first_stage: Kernel,
     /// Second stage.
     pub kernel: Kernel,
+    /// Number of samples of the motion from one compared sample to the next.
+    pub spacing: usize,
     pub joints: Vec<Series>,
     /// Dynamics of the model; `None` for an axis without a model.
     pub dynamics: Option<EpisodeDynamics>,
@@ -100,6 +102,8 @@ pub struct Problem {
     pub effort_unit: EffortUnit,
     /// Cut-off frequency, Hz.
     pub bandwidth: f64,
+    /// Stages of the filter.
+    pub(crate) stages: StageSds,
     /// Whether the motion is imposed.
     pub imposed: bool,
     pub(crate) episodes: Vec<EpisodeData>,
@@ -151,6 +155,7 @@ impl Problem {
             gravity: dynamics.map_or([0.0; 3], |d| d.gravity),
             effort_unit: EffortUnit::Newton,
             bandwidth: motion.bandwidth,
+            stages: motion.stages,
             imposed: meta.mechanism.imposed,
             episodes,
         };
@@ -224,7 +229,7 @@ impl Problem {
             velocity,
             acceleration,
             load: (load > 0.0).then_some(load),
-            resolution: motion.stage_sd * 2f64.sqrt(),
+            resolution: motion.stages.both(),
         };
         let stated =
             recording.metadata.noise.as_ref().and_then(|noise| noise.effort.as_ref()?.of(name).copied());
@@ -358,8 +363,9 @@ fn episode_data(
         held_out: episode.held_out,
         start: episode.grid.start,
         dt: episode.grid.dt,
-        first_stage: Kernel::flat(motion.stage_sd, episode.grid.dt),
-        kernel: Kernel::new(motion.stage_sd, episode.grid.dt),
+        first_stage: Kernel::flat(motion.stages.first, episode.grid.dt),
+        kernel: Kernel::new(motion.stages.second, episode.grid.dt),
+        spacing: motion.stages.spacing(episode.grid.dt),
         joints: (0..motion.joints.len()).map(one).collect(),
         dynamics,
         load: AxisLoad::default(),
@@ -383,18 +389,7 @@ pub(crate) fn keep_where(
     let series = &mut episode.joints[j];
     let len = series.q.len();
     let moving: Vec<f64> = series.v.iter().map(|v| f64::from(u8::from(v.abs() >= rest_speed))).collect();
-    let spacing = spacing(kernel, episode.dt);
     let is_usable = |k: &usize| usable(*k - kernel.half) && usable(*k) && usable(*k + kernel.half);
-    let all = (kernel.half..len.saturating_sub(kernel.half)).step_by(spacing).filter(is_usable);
+    let all = (kernel.half..len.saturating_sub(kernel.half)).step_by(episode.spacing).filter(is_usable);
     (series.kept, series.resting) = all.partition(|k| kernel.at(&moving, *k) >= MIN_MOVING_SHARE);
-}
-
-/// Number of samples of the motion from one compared sample to the next.
-pub(crate) fn spacing(kernel: &Kernel, dt: f64) -> usize {
-    ((SPACING_SDS * 2f64.sqrt() * motion_sd(kernel, dt) / dt) as usize).max(1)
-}
-
-fn motion_sd(kernel: &Kernel, dt: f64) -> f64 {
-    let offset = |k: usize| (k as f64 - kernel.half as f64) * dt;
-    kernel.value.iter().enumerate().map(|(k, w)| w * offset(k).powi(2)).sum::<f64>().sqrt()
 }

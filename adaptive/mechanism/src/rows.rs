@@ -279,8 +279,8 @@ mod tests {
 
     const MASS: f64 = 2.0;
 
-    /// A carriage whose drive and encoder are on either side of a transmission.
-    fn carriage(side: &str) -> Problem {
+    /// A carriage, with a drive on either side of a transmission, or without a drive.
+    fn carriage(side: &str, is_driven: bool) -> Problem {
         let text = format!(
             "format = \"trundle-recording/2\"\nname = \"axis\"\n[mechanism]\nmodel = \"robot.xml\"\n\
              joints = [\"x\"]\n[encoder]\nside = \"{side}\"\n"
@@ -289,8 +289,11 @@ mod tests {
         let mut episode = Episode { name: "episode".to_owned(), ..Episode::default() };
         let positions = t.iter().map(|t| 0.2 * (3.0 * t).sin() + 0.05 * (8.0 * t).cos()).collect();
         let efforts = t.iter().map(|t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t + 0.1).cos()).collect();
-        for (title, values) in [("t", t), ("q_x", positions), ("effort_x", efforts)] {
+        for (title, values) in [("t", t), ("q_x", positions)] {
             episode.insert(title.to_owned(), values);
+        }
+        if is_driven {
+            episode.insert("effort_x".to_owned(), efforts);
         }
         let metadata = JointMetadata::from_toml(&text).unwrap();
         let files = BTreeMap::from([("robot.xml".to_owned(), vec![])]);
@@ -325,13 +328,14 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_the_residual() {
         let laws = [
-            (JointKind::LoadFriction, "joint", vec![0.3]),
-            (JointKind::Elasticity, "joint", vec![900.0, 3.0]),
-            (JointKind::Elasticity, "drive", vec![900.0, 3.0]),
-            (JointKind::ViscousFriction, "joint", vec![0.7]),
+            (JointKind::LoadFriction, "joint", true, vec![0.3]),
+            (JointKind::Elasticity, "joint", true, vec![900.0, 3.0]),
+            (JointKind::Elasticity, "drive", true, vec![900.0, 3.0]),
+            (JointKind::ViscousFriction, "joint", true, vec![0.7]),
+            (JointKind::ViscousFriction, "joint", false, vec![0.7]),
         ];
-        for (kind, side, values) in laws {
-            let problem = carriage(side);
+        for (kind, side, is_driven, values) in laws {
+            let problem = carriage(side, is_driven);
             let effects = [Effect { kind: Kind::Joint(kind, 0), values }];
             let slots = slots(&problem, &effects);
             // Another mass than the model's: its own inertia is not the given one. Delays of whole samples have no derivative
@@ -358,5 +362,24 @@ mod tests {
                 assert!(error < 1e-4 * (1e-6 + slope.amax()), "{kind:?} {}: {error}", slots[slot].name);
             }
         }
+    }
+    #[test]
+    fn small_inertias_do_not_make_the_residual_of_a_passive_joint_small() {
+        let problem = carriage("joint", false);
+        let effects = [Effect { kind: Kind::Joint(JointKind::Spring, 0), values: vec![5.0, 0.1] }];
+        let slots = slots(&problem, &effects);
+        let residual = |factor: f64| {
+            let value = |slot: &crate::model::Slot| match slot.name.split(':').next() {
+                Some("mass") => factor * MASS,
+                Some("armature") => factor * 0.4,
+                Some("damping") => factor,
+                _ if slot.name.ends_with("stiffness") => factor * 5.0,
+                _ => slot.start,
+            };
+            let values: Vec<f64> = slots.iter().map(value).collect();
+            evaluate(&problem, &effects, &slots, &values, Scope::Training, false).swap_remove(0).residual
+        };
+        let (full, small) = (residual(1.0), residual(0.01));
+        assert!((&full - &small).amax() < 1e-9 * full.amax(), "{} {}", full.amax(), small.amax());
     }
 }

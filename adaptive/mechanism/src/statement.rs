@@ -7,7 +7,10 @@ use trundle_diagnose::Quantity;
 
 /// The sentence of an effect with its values.
 pub(crate) fn statement(problem: &Problem, kind: Kind, parameters: &BTreeMap<String, Quantity>) -> String {
-    let mut text = kind.spec().sentence.to_owned();
+    let sentence = kind.spec().sentence;
+    let (positive, negative) = sentence.split_once('|').unwrap_or((sentence, sentence));
+    let is_negated = positive != negative && parameters.values().all(|one| one.mean < 0.0);
+    let mut text = if is_negated { negative } else { positive }.to_owned();
     if let Some(joint) = kind.joint() {
         text = text.replace("{joint}", &problem.joints[joint].name);
     }
@@ -15,7 +18,8 @@ pub(crate) fn statement(problem: &Problem, kind: Kind, parameters: &BTreeMap<Str
         text = text.replace("{body}", &problem.bodies[body].0);
     }
     for (name, quantity) in parameters {
-        text = text.replace(&format!("{{{name}}}"), &shown(quantity));
+        let mean = if is_negated { -quantity.mean } else { quantity.mean };
+        text = text.replace(&format!("{{{name}}}"), &shown(&Quantity { mean, ..*quantity }));
     }
     with_known_parts(&text) + "."
 }

@@ -17,6 +17,9 @@ SAMPLE_LINES = 200
 """Number of lines from which the layout is detected."""
 MAX_PREAMBLE_LINES = 50
 """Maximum number of lines before the header."""
+NUMERIC_SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
+"""Shares of numbers in the rows of a table, in the order in which they are tried: others are columns of text,
+such as names of episodes."""
 DELIMITERS = (";", "\t", ",", "|", " ")
 """Delimiters in the order of preference: a comma may also be a decimal sign."""
 EMPTY = ("", "nan", "null", "none", "na")
@@ -63,11 +66,12 @@ def detect(path: Path) -> Dialect:
     lines = first_lines(path, encoding)
     if not any(line.strip() for line in lines):
         raise SourceError(path, "is empty; it must have a header and one row for each sample")
-    for delimiter in DELIMITERS:
-        for decimal in (".", ",") if delimiter != "," else (".",):
-            first = first_numeric_row(lines, delimiter, decimal)
-            if first is not None:
-                return describe(lines, first, encoding, delimiter, decimal)
+    for share in NUMERIC_SHARES:
+        for delimiter in DELIMITERS:
+            for decimal in (".", ",") if delimiter != "," else (".",):
+                first = first_numeric_row(lines, delimiter, decimal, share)
+                if first is not None:
+                    return describe(lines, first, encoding, delimiter, decimal)
     raise SourceError(
         path,
         "has no rows of numbers separated by comma, semicolon, tab, | or space; export it as CSV",
@@ -99,14 +103,17 @@ def first_lines(path: Path, encoding: str) -> list[str]:
         return [line.rstrip("\r\n") for line, _ in zip(file, range(SAMPLE_LINES), strict=False)]
 
 
-def first_numeric_row(lines: list[str], delimiter: str, decimal: str) -> int | None:
-    """Return the index of the first row of numbers, or None if these signs do not give a table of numbers."""
+def first_numeric_row(lines: list[str], delimiter: str, decimal: str, share: float) -> int | None:
+    """Return the index of the first row of numbers, or None if these signs do not give a table of numbers.
+
+    `share` of the cells of a row of numbers are numbers, the others text.
+    """
     rows = [split(line, delimiter) for line in lines]
     numeric = [
         number
         for number, row in enumerate(rows)
         if len(row) > 1
-        and all(is_number(cell, decimal) for cell in row)
+        and sum(is_number(cell, decimal) for cell in row) >= share * len(row)
         and any(cell.strip() for cell in row)
     ]
     if not numeric or numeric[0] > MAX_PREAMBLE_LINES + 2:

@@ -45,7 +45,7 @@ pub struct JointDesigner {
     /// What the recording tells about the parameters of each model.
     information: [DMatrix<f64>; 2],
     limits: Vec<JointLimits>,
-    stage_sd: f64,
+    filter_sd: f64,
 }
 
 impl JointDesigner {
@@ -91,7 +91,7 @@ impl JointDesigner {
             recorded,
             information,
             limits,
-            stage_sd: motion.stage_sd,
+            filter_sd: motion.stages.both(),
         })
     }
 
@@ -142,7 +142,7 @@ impl JointDesigner {
     /// Time between the samples of a plan, s.
     #[must_use]
     pub fn dt(&self) -> f64 {
-        self.problem.episodes.iter().find(|e| !e.held_out).map_or(self.stage_sd, |e| e.dt)
+        self.problem.episodes.iter().find(|e| !e.held_out).map_or(self.filter_sd, |e| e.dt)
     }
 
     /// Standard deviation of an independent sample of the effort of each joint.
@@ -170,7 +170,7 @@ impl JointDesigner {
                 "do not hold out all of them",
             ));
         };
-        let mut planned = plan.problem(&self.template, recorded, self.stage_sd)?;
+        let mut planned = plan.problem(&self.template, recorded, self.filter_sd)?;
         let mut effort = vec![0.0f64; self.problem.joints.len()];
         let mut nats = [None; 2];
         for (truth, other) in [(0, 1), (1, 0)] {

@@ -26,14 +26,14 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The problem whose only episode is this motion; `stage_sd` is the standard deviation of a stage of the filter.
+    /// The problem whose only episode is this motion; `filter_sd` is the standard deviation of the filter.
     ///
     /// The planned motion needs no smoothing: one filter replaces both stages of a recording.
     pub(super) fn problem(
         &self,
         template: &Problem,
         gains: &EpisodeData,
-        stage_sd: f64,
+        filter_sd: f64,
     ) -> Result<Problem, MechanismError> {
         let (joints, len) = (template.joints.len(), self.q.first().map_or(0, Vec::len));
         self.check(joints, template.bodies.len(), len)?;
@@ -64,17 +64,15 @@ impl Plan {
             start: 0.0,
             dt: gains.dt,
             first_stage: Kernel::identity(),
-            kernel: Kernel::new(stage_sd, gains.dt),
+            kernel: Kernel::new(filter_sd, gains.dt),
+            spacing: gains.spacing,
             joints: (0..joints).map(one).collect(),
             dynamics: self.dynamics.clone(),
             load: self.load,
         };
-        let both = Kernel::new(stage_sd * 2f64.sqrt(), gains.dt);
         for (j, setup) in template.joints.iter().enumerate() {
             keep_where(&mut episode, j, setup.rest_speed, &|_| true);
-            episode.joints[j].kept.retain(|k| *k >= both.half && k + both.half < len);
         }
-        episode.kernel = both;
         let mut problem = Problem { episodes: vec![episode], ..template.clone() };
         for setup in &mut problem.joints {
             setup.encoder_on_drive ^= self.other_encoder;

@@ -10,7 +10,8 @@ pub(super) const SPEC: Spec = Spec {
     source: "clock offsets between devices; Furgale, Rehder and Siegwart, IROS 2013",
     applies: Applies::MeasuredEffort,
     params: &[signed("delay", Unit::Time, Scale::Time)],
-    sentence: "The effort of joint {joint} is recorded {delay} late",
+    sentence: "The effort of joint {joint} is recorded {delay} late\
+        |The effort of joint {joint} acts {delay} after it is recorded",
     experiment: "move the joint with fast reversals at two frequencies",
     starts,
 };

@@ -234,7 +234,8 @@ pub struct Spec {
     /// Parameters, in the order of a law's values.
     pub params: &'static [ParamSpec],
     /// Sentence of a diagnosis; `{name}` is replaced by the parameter's value with its interval, `{joint}` by the
-    /// joint's name. A part in brackets is left out if its parameter has no value.
+    /// joint's name. A part in brackets is left out if its parameter has no value. What follows a `|` replaces the sentence if
+    /// all values are negative; it gives their sizes.
     pub sentence: &'static str,
     /// Motion or rig that identifies the effect best.
     pub experiment: &'static str,

@@ -94,7 +94,7 @@ def parse_joint_name(text: str, joints: Sequence[str], unit_text: str | None = N
     stated = (stated or "").strip("- ")
     unit = _unit(stated)
     if not stated:
-        unit, found = _strip_unit(found)
+        unit, found = _strip_unit(found, is_alone=joint is not None)
     index, numbers = None, [word for word in found if word.isdigit()]
     if joint is None and len(numbers) == 1:
         index, found = int(numbers[0]), [word for word in found if not word.isdigit()]
@@ -110,11 +110,11 @@ def _unit(text: str) -> str | None:
     return SPEED_UNITS.get(text.strip().lower()) or unit_in(text.strip())
 
 
-def _strip_unit(found: list[str]) -> tuple[str | None, list[str]]:
-    """Return the unit at the end of a name, such as "_deg" or "_rad_s", and the words before it."""
+def _strip_unit(found: list[str], *, is_alone: bool) -> tuple[str | None, list[str]]:
+    """Return the unit at the end of a name, such as "_deg" or "_rad_s", and the words before it, if needed."""
     for length in (2, 1):
         unit = _unit("/".join(found[-length:]))
-        if len(found) > length and len(found[-length]) > 1 and unit is not None:
+        if len(found) >= length + (not is_alone) and len(found[-length]) > 1 and unit is not None:
             return unit, found[:-length]
     return None, found
 
