@@ -100,6 +100,7 @@ def test_streams(tmp_path: Path, header: str, expected: dict[str, str]) -> None:
         ("time,elbow_pos,efort_elbow", "column efort_elbow: not known which quantity"),
         ("elbow_pos,elbow_torque", "no column of times"),
         ("time,elbow_pos,q_shouldr", "column q_shouldr: a position of no joint"),
+        ("time,elbow_pos,effort_elbo", "column effort_elbo: an effort of no joint of the model; .* elbow"),
         ("time,elbow_pos,shoulder_torque", "there is no position of joint shoulder"),
         ("time,elbow_pos,elbow_torque [kgf cm]", "not known which quantity of joint elbow"),
     ],

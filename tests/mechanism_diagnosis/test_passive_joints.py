@@ -1,4 +1,4 @@
-"""Mechanisms in which a joint has no drive: nothing but the other joints' efforts tells the size of its inertia."""
+"""Joints without a drive: nothing but the other joints' efforts tells the size of their inertia."""
 
 from __future__ import annotations
 

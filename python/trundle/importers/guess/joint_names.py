@@ -111,7 +111,7 @@ def _unit(text: str) -> str | None:
 
 
 def _strip_unit(found: list[str], *, is_alone: bool) -> tuple[str | None, list[str]]:
-    """Return the unit at the end of a name, such as "_deg" or "_rad_s", and the words before it, if needed."""
+    """Return the unit at the end of a name, such as "_deg" or "_rad_s", and the words before it."""
     for length in (2, 1):
         unit = _unit("/".join(found[-length:]))
         if len(found) >= length + (not is_alone) and len(found[-length]) > 1 and unit is not None:

@@ -209,13 +209,17 @@ def _refuse_doubtful(
 ) -> None:
     """Refuse columns that are not used, but may be needed."""
     unrecorded = [joint for joint in joints if f"q_{joint}" not in columns]
+    driven = {name.split("_", 1)[1] for name in columns if name.startswith(("effort_", "target_"))}
+    passive = [joint for joint in joints if joint not in unrecorded and joint not in driven]
     for column in unused:
         joint = column.joint
-        if joint is None and column.kind == "q" and unrecorded:
+        lacking = {"q": unrecorded, "effort": passive, "target": passive}.get(column.kind or "", [])
+        if joint is None and lacking:
+            what = {"q": "a position", "effort": "an effort"}.get(column.kind or "", "a target")
             raise SourceError(
                 source,
-                f"column {column.text}: a position of no joint of the model; its joints without one are "
-                f"{', '.join(unrecorded)}; rename it, or begin it with note_",
+                f"column {column.text}: {what} of no joint of the model; joints without one are "
+                f"{', '.join(lacking)}; rename it, or begin it with note_",
             )
         if joint in unrecorded and column.kind is not None:
             raise SourceError(
@@ -223,8 +227,7 @@ def _refuse_doubtful(
                 f"column {column.text}: there is no position of joint {joint}; name its column q_{joint}, or "
                 "begin the others of the joint with note_",
             )
-        driven = any(f"{kind}_{joint}" in columns for kind in ("effort", "target"))
-        if joint is not None and not driven and column.kind is None and not column.is_other:
+        if joint is not None and joint not in driven and column.kind is None and not column.is_other:
             raise SourceError(
                 source,
                 f"column {column.text}: not known which quantity of joint {joint} it is; name it q_{joint}, "
