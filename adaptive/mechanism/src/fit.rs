@@ -4,7 +4,7 @@ use crate::common;
 use crate::model::{Effect, Nominal, Role, Slot, slots};
 use crate::others::Others;
 use crate::problem::Problem;
-use crate::rows::{JointRows, Scope, evaluate, normal_equations, robust_sd};
+use crate::rows::{JointRows, Scope, evaluate, normal_equations, robust_sd, weight};
 use nalgebra::{DMatrix, DVector};
 
 /// Most steps of a fit.
@@ -46,6 +46,13 @@ impl Fit {
     pub fn fitted_effects(&self) -> Vec<Effect> {
         common::with_values(&self.effects, &self.slots, &self.values)
     }
+}
+
+/// −log likelihood of residuals up to a constant. Residuals below the least standard deviation still determine the values,
+/// although they count as no better in [`Fit::cost`], which compares models.
+fn misfit(residual: &DVector<f64>, sd: f64) -> f64 {
+    let squares: f64 = residual.iter().map(|r| weight(*r, sd) * (r / sd).powi(2)).sum();
+    residual.len() as f64 * sd.ln() + 0.5 * squares
 }
 
 fn penalty(slots: &[Slot], values: &[f64]) -> f64 {
@@ -143,7 +150,7 @@ pub(crate) fn fit_with(
         sd
     };
     let objective = |rows: &[JointRows], sd: &[f64], values: &[f64]| -> f64 {
-        rows.iter().map(|own| own.residual.len() as f64 * sd[own.joint].ln()).sum::<f64>()
+        rows.iter().map(|own| misfit(&own.residual, sd[own.joint])).sum::<f64>()
             + penalty(&slots, values)
             + approximated.map_or(0.0, |(j, others)| others.cost(j, values))
     };
