@@ -279,8 +279,8 @@ mod tests {
 
     const MASS: f64 = 2.0;
 
-    /// A carriage, with a drive on either side of a transmission, or without a drive.
-    fn carriage(side: &str, is_driven: bool) -> Problem {
+    /// A carriage whose encoder is on either side of a transmission, with the effort of its drive over time, if it has one.
+    fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
         let text = format!(
             "format = \"trundle-recording/2\"\nname = \"axis\"\n[mechanism]\nmodel = \"robot.xml\"\n\
              joints = [\"x\"]\n[encoder]\nside = \"{side}\"\n"
@@ -288,11 +288,11 @@ mod tests {
         let t: Vec<f64> = (0..1200).map(|k| k as f64 * 0.005).collect();
         let mut episode = Episode { name: "episode".to_owned(), ..Episode::default() };
         let positions = t.iter().map(|t| 0.2 * (3.0 * t).sin() + 0.05 * (8.0 * t).cos()).collect();
-        let efforts = t.iter().map(|t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t + 0.1).cos()).collect();
+        let efforts = effort.map(|effort| t.iter().map(|t| effort(*t)).collect());
         for (title, values) in [("t", t), ("q_x", positions)] {
             episode.insert(title.to_owned(), values);
         }
-        if is_driven {
+        if let Some(efforts) = efforts {
             episode.insert("effort_x".to_owned(), efforts);
         }
         let metadata = JointMetadata::from_toml(&text).unwrap();
@@ -327,15 +327,16 @@ mod tests {
 
     #[test]
     fn derivatives_are_those_of_the_residual() {
+        let effort: fn(f64) -> f64 = |t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t + 0.1).cos();
         let laws = [
-            (JointKind::LoadFriction, "joint", true, vec![0.3]),
-            (JointKind::Elasticity, "joint", true, vec![900.0, 3.0]),
-            (JointKind::Elasticity, "drive", true, vec![900.0, 3.0]),
-            (JointKind::ViscousFriction, "joint", true, vec![0.7]),
-            (JointKind::ViscousFriction, "joint", false, vec![0.7]),
+            (JointKind::LoadFriction, "joint", Some(effort), vec![0.3]),
+            (JointKind::Elasticity, "joint", Some(effort), vec![900.0, 3.0]),
+            (JointKind::Elasticity, "drive", Some(effort), vec![900.0, 3.0]),
+            (JointKind::ViscousFriction, "joint", Some(effort), vec![0.7]),
+            (JointKind::ViscousFriction, "joint", None, vec![0.7]),
         ];
-        for (kind, side, is_driven, values) in laws {
-            let problem = carriage(side, is_driven);
+        for (kind, side, effort, values) in laws {
+            let problem = carriage(side, effort);
             let effects = [Effect { kind: Kind::Joint(kind, 0), values }];
             let slots = slots(&problem, &effects);
             // Another mass than the model's: its own inertia is not the given one. Delays of whole samples have no derivative
@@ -365,7 +366,7 @@ mod tests {
     }
     #[test]
     fn small_inertias_do_not_make_the_residual_of_a_passive_joint_small() {
-        let problem = carriage("joint", false);
+        let problem = carriage("joint", None);
         let effects = [Effect { kind: Kind::Joint(JointKind::Spring, 0), values: vec![5.0, 0.1] }];
         let slots = slots(&problem, &effects);
         let residual = |factor: f64| {
@@ -381,5 +382,22 @@ mod tests {
         };
         let (full, small) = (residual(1.0), residual(0.01));
         assert!((&full - &small).amax() < 1e-9 * full.amax(), "{} {}", full.amax(), small.amax());
+    }
+    #[test]
+    fn residuals_below_the_noise_determine_values() {
+        // The damping is 2 % more than the model's: its effort is below the least noise of a drive.
+        let problem = carriage("joint", Some(|t| (MASS + 0.4) * acceleration(t) + 1.02 * velocity(t)));
+        let found = crate::fit::fit(&problem, &[], None, Scope::Training, crate::fit::MAX_STEPS);
+        assert!(found.sd[0] <= super::noise_floor(&problem, 0), "{}", found.sd[0]);
+        let damping = found.slots.iter().position(|slot| slot.name == "damping:x").unwrap();
+        assert!((found.values[damping] - 1.02).abs() < 2e-3, "{}", found.values[damping]);
+    }
+
+    fn velocity(t: f64) -> f64 {
+        0.6 * (3.0 * t).cos() - 0.4 * (8.0 * t).sin()
+    }
+
+    fn acceleration(t: f64) -> f64 {
+        -1.8 * (3.0 * t).sin() - 3.2 * (8.0 * t).cos()
     }
 }
