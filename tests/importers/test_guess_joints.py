@@ -49,6 +49,14 @@ def test_names_of_columns(text: str, kind: str | None, joint: str | None, unit: 
     assert (found.kind, found.joint, found.unit) == (kind, joint, unit)
 
 
+@pytest.mark.parametrize("joint", ["关节", "temp", "j.1/a", "_"])
+def test_names_of_a_recording_are_exact(joint: str) -> None:
+    for kind in ("q", "effort", "target"):
+        found = parse_joint_name(f"{kind}_{joint}", ["other", joint])
+        assert (found.kind, found.joint) == (kind, joint)
+    assert parse_joint_name("battery", [joint]).joint is None
+
+
 def test_commanded_efforts_and_currents_are_marked() -> None:
     assert parse_joint_name("effort_cmd_wrist", JOINTS).commanded
     assert parse_joint_name("motor_current_wrist", JOINTS).is_current

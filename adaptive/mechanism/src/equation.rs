@@ -9,13 +9,9 @@ use crate::model::{Effect, Kind, Nominal, Role, Slot};
 use crate::play::{Side, unseen_side};
 use crate::problem::{EpisodeData, JointSetup, Problem};
 use crate::series::Series;
+use crate::shares::{at_least_small, delivered_share, inertia_share};
 use crate::shift::{delayed, lagged, slope};
 use trundle_model::Real;
-
-/// Least share of the commands that a drive delivers.
-const MIN_DELIVERED: f64 = 1e-6;
-/// Least response of the equation to the recorded effort.
-const MIN_RESPONSE: f64 = 0.05;
 
 /// The residual of a joint's equation over an episode.
 #[derive(Clone, Debug)]
@@ -225,8 +221,9 @@ impl<T: Real> JointModel<T> {
             delivered_share(&|k| drive[k].re(), &sum)
         });
         let filtered = self.noise_share(problem, on_drive, &own_inertia, series.q.len());
-        let given = episode.dynamics.as_ref().map(|given| given.own_inertia[j].as_slice());
-        let heavier = given.and_then(|given| self.inertia_share(problem.of_model[j][0], given, &own_inertia));
+        let heavier = episode.dynamics.as_ref().filter(|_| self.is_passive).and_then(|given| {
+            inertia_share((&own_inertia, self.armature), (&given.own_inertia[j], problem.of_model[j][0]))
+        });
         let compliant = elastic.or(loose);
         let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
@@ -293,17 +290,6 @@ impl<T: Real> JointModel<T> {
             if encoder_on_drive { *rigid - *found } else { *found - *rigid }
         };
         Some(found.iter().zip(&rigid).map(change).collect())
-    }
-
-    /// Inertia of a joint without drive relative to the given one, in an episode. No effort fixes the size of its equation:
-    /// residuals are divided by this share, or small masses would make them all small.
-    fn inertia_share(&self, armature: f64, given: &[f64], own_inertia: &dyn Fn(usize) -> T) -> Option<T> {
-        let (mut own, mut reference) = (T::zero(), 0.0);
-        for (k, given) in given.iter().enumerate().filter(|_| self.is_passive) {
-            own += own_inertia(k) + self.armature;
-            reference += given + armature;
-        }
-        (reference > 0.0 && own.re() > 0.0).then(|| own / reference)
     }
 
     /// See [`noise_share`]; with the mean own inertia of an episode.
@@ -386,24 +372,4 @@ impl JointModel<f64> {
         let v = if free.abs() <= stopping { 0.0 } else { sliding };
         [at.q + dt * v, v]
     }
-}
-
-/// Share of a drive's efforts that is delivered: the slope of a regression. Residuals are divided by it, or a low limit or
-/// a wide play would make all efforts small.
-fn delivered_share<T: Real>(wanted: &dyn Fn(usize) -> f64, delivered: &[T]) -> T {
-    let (mut product, mut square) = (T::zero(), f64::MIN_POSITIVE);
-    for (k, effort) in delivered.iter().enumerate() {
-        product += *effort * wanted(k);
-        square += wanted(k) * wanted(k);
-    }
-    let share = product / square;
-    if (MIN_DELIVERED..1.0).contains(&share.re()) {
-        share
-    } else {
-        T::lift(share.re().clamp(MIN_DELIVERED, 1.0))
-    }
-}
-
-fn at_least_small<T: Real>(response: T) -> T {
-    if response.re() <= MIN_RESPONSE { T::lift(MIN_RESPONSE) } else { response }
 }

@@ -35,6 +35,7 @@ mod rows;
 mod run;
 mod search;
 mod series;
+mod shares;
 mod shift;
 mod simulation;
 mod simulator;

@@ -82,7 +82,13 @@ def words_of(text: str) -> list[str]:
 
 
 def parse_joint_name(text: str, joints: Sequence[str], unit_text: str | None = None) -> JointColumn:
-    """Parse the name of a column of a log of joints; `unit_text` is its cell in a row of units."""
+    """Parse the name of a column of a log of joints; `unit_text` is its cell in a row of units.
+
+    Names as in a recording, such as "q_elbow", are exact, whatever words and letters the joint's name has.
+    """
+    kind, _, exact = text.strip().partition("_")
+    if unit_text is None and kind in UNITS_OF and exact in joints:
+        return JointColumn(text, kind, exact)
     rest, stated = text.strip(), unit_text
     bracket = TRAILING_UNIT.search(rest)
     if bracket and not bracket[1].strip().isdigit():
@@ -121,7 +127,8 @@ def _strip_unit(found: list[str], *, is_alone: bool) -> tuple[str | None, list[s
 
 def _joint_in(found: Sequence[str], joints: Sequence[str]) -> str | None:
     """Return the joint with the longest name whose words the name of a column contains in order."""
-    inside = [joint for joint in joints if _place(found, words_of(joint)) is not None]
+    named = [joint for joint in joints if words_of(joint)]  # others have no letters that are recognised
+    inside = [joint for joint in named if _place(found, words_of(joint)) is not None]
     return max(inside, key=lambda joint: len(words_of(joint)), default=None)
 
 

@@ -80,12 +80,12 @@ def guess_joint_map(source: Path, table: Table, joints: Sequence[str] | None) ->
     ------
     SourceError
         If the source is no table of numbers, has no time or no position of a joint, several columns may be
-        one stream, or a stream of a joint cannot be told.
+        one stream, or the stream of a joint's column is not known.
     """
     names = [name for name in table.file.names if not name.startswith("note_")]
     if joints is None:
         joints = [name.removeprefix("q_") for name in names if name.startswith("q_")]
-    units = table.file.units or [None] * len(table.file.names)  # type: ignore[list-item]
+    units: list[str] | list[None] = table.file.units or [None] * len(table.file.names)
     unit_of = dict(zip(table.file.names, units, strict=True))
     parsed = [parse_joint_name(name, joints, unit_of[name]) for name in names]
     clock = _clock(source, table)

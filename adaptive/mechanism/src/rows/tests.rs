@@ -1,0 +1,134 @@
+//! Residuals and their derivatives, of a carriage on a rail.
+
+use super::{JointRows, Scope, evaluate};
+use crate::laws::JointKind;
+use crate::model::{Effect, Kind, slots};
+use crate::{Dynamics, EpisodeDynamics, Problem, motion};
+use std::collections::BTreeMap;
+use trundle_record::{Episode, JointMetadata, JointRecording};
+
+const MASS: f64 = 2.0;
+
+/// A carriage whose encoder is on either side of a transmission, with the effort of its drive over time, if it has one.
+fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
+    let text = format!(
+        "format = \"trundle-recording/2\"\nname = \"axis\"\n[mechanism]\nmodel = \"robot.xml\"\n\
+         joints = [\"x\"]\n[encoder]\nside = \"{side}\"\n"
+    );
+    let t: Vec<f64> = (0..1200).map(|k| k as f64 * 0.005).collect();
+    let mut episode = Episode { name: "episode".to_owned(), ..Episode::default() };
+    let positions = t.iter().map(|t| 0.2 * (3.0 * t).sin() + 0.05 * (8.0 * t).cos()).collect();
+    let efforts = effort.map(|effort| t.iter().map(|t| effort(*t)).collect());
+    for (title, values) in [("t", t), ("q_x", positions)] {
+        episode.insert(title.to_owned(), values);
+    }
+    if let Some(efforts) = efforts {
+        episode.insert("effort_x".to_owned(), efforts);
+    }
+    let metadata = JointMetadata::from_toml(&text).unwrap();
+    let files = BTreeMap::from([("robot.xml".to_owned(), vec![])]);
+    let recording = JointRecording::new(metadata, vec![episode], files).unwrap();
+    let motion = motion(&recording).unwrap();
+    let a = &motion.episodes[0].a[0];
+    let zeros = || vec![0.0; a.len()];
+    let episode = EpisodeDynamics {
+        effort: vec![a.iter().map(|a| MASS * a).collect()],
+        own_inertia: vec![vec![MASS; a.len()]],
+        by_mass: vec![vec![a.clone()]],
+        inertia_by_mass: vec![vec![vec![1.0; a.len()]]],
+        by_gravity: vec![std::array::from_fn(|_| zeros())],
+        by_payload: vec![vec![std::array::from_fn(|_| zeros())]],
+        inertia_by_payload: vec![vec![std::array::from_fn(|_| zeros())]],
+        by_offset: vec![vec![[zeros(), zeros()]]],
+        by_parameter: vec![],
+    };
+    let dynamics = Dynamics {
+        bodies: vec!["link".to_owned()],
+        masses: vec![MASS],
+        armature: vec![0.4],
+        damping: vec![1.0],
+        frictionloss: vec![0.0],
+        is_hinge: vec![false],
+        episodes: vec![episode],
+        ..Dynamics::default()
+    };
+    Problem::new(&recording, &motion, Some(&dynamics)).unwrap()
+}
+
+#[test]
+fn derivatives_are_those_of_the_residual() {
+    let effort: fn(f64) -> f64 = |t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t + 0.1).cos();
+    let laws = [
+        (JointKind::LoadFriction, "joint", Some(effort), vec![0.3]),
+        (JointKind::Elasticity, "joint", Some(effort), vec![900.0, 3.0]),
+        (JointKind::Elasticity, "drive", Some(effort), vec![900.0, 3.0]),
+        (JointKind::ViscousFriction, "joint", Some(effort), vec![0.7]),
+        (JointKind::ViscousFriction, "joint", None, vec![0.7]),
+    ];
+    for (kind, side, effort, values) in laws {
+        let problem = carriage(side, effort);
+        let effects = [Effect { kind: Kind::Joint(kind, 0), values }];
+        let slots = slots(&problem, &effects);
+        // Another mass than the model's: its own inertia is not the given one. Delays of whole samples have no derivative
+        // at the ends of an episode.
+        let value = |slot: &crate::model::Slot| match slot.name.split(':').next() {
+            Some("mass") => 1.3 * MASS,
+            Some("timing") => 3e-4,
+            _ => slot.start,
+        };
+        let start: Vec<f64> = slots.iter().map(value).collect();
+        let rows = |values: &[f64]| -> JointRows {
+            evaluate(&problem, &effects, &slots, values, Scope::Training, true).swap_remove(0)
+        };
+        let exact = rows(&start);
+        for (column, &slot) in exact.columns.iter().enumerate() {
+            let step = 1e-6 * start[slot].abs().max(1e-3);
+            let moved = |sign: f64| {
+                let mut values = start.clone();
+                values[slot] += sign * step;
+                rows(&values).residual
+            };
+            let slope = (moved(1.0) - moved(-1.0)) / (2.0 * step);
+            let error = (&slope - exact.jacobian.column(column)).amax();
+            assert!(error < 1e-4 * (1e-6 + slope.amax()), "{kind:?} {}: {error}", slots[slot].name);
+        }
+    }
+}
+
+#[test]
+fn small_inertias_do_not_make_the_residual_of_a_passive_joint_small() {
+    let problem = carriage("joint", None);
+    let effects = [Effect { kind: Kind::Joint(JointKind::Spring, 0), values: vec![5.0, 0.1] }];
+    let slots = slots(&problem, &effects);
+    let residual = |factor: f64| {
+        let value = |slot: &crate::model::Slot| match slot.name.split(':').next() {
+            Some("mass") => factor * MASS,
+            Some("armature") => factor * 0.4,
+            Some("damping") => factor,
+            _ if slot.name.ends_with("stiffness") => factor * 5.0,
+            _ => slot.start,
+        };
+        let values: Vec<f64> = slots.iter().map(value).collect();
+        evaluate(&problem, &effects, &slots, &values, Scope::Training, false).swap_remove(0).residual
+    };
+    let (full, small) = (residual(1.0), residual(0.01));
+    assert!((&full - &small).amax() < 1e-9 * full.amax(), "{} {}", full.amax(), small.amax());
+}
+
+#[test]
+fn residuals_below_the_noise_determine_values() {
+    // The damping is 2 % more than the model's: its effort is below the least noise of a drive.
+    let problem = carriage("joint", Some(|t| (MASS + 0.4) * acceleration(t) + 1.02 * velocity(t)));
+    let found = crate::fit::fit(&problem, &[], None, Scope::Training, crate::fit::MAX_STEPS);
+    assert!(found.sd[0] <= super::noise_floor(&problem, 0), "{}", found.sd[0]);
+    let damping = found.slots.iter().position(|slot| slot.name == "damping:x").unwrap();
+    assert!((found.values[damping] - 1.02).abs() < 2e-3, "{}", found.values[damping]);
+}
+
+fn velocity(t: f64) -> f64 {
+    0.6 * (3.0 * t).cos() - 0.4 * (8.0 * t).sin()
+}
+
+fn acceleration(t: f64) -> f64 {
+    -1.8 * (3.0 * t).sin() - 3.2 * (8.0 * t).cos()
+}
