@@ -89,8 +89,11 @@ fn joint_rows(
 ) -> JointRows {
     let own: Vec<usize> = (0..slots.len()).filter(|k| slots[*k].joint == Some(j)).collect();
     let shared: Vec<usize> = (0..slots.len()).filter(|k| slots[*k].joint.is_none()).collect();
-    let passes: Vec<&[usize]> =
-        if own.is_empty() || !with_derivatives { vec![&[]] } else { own.chunks(WIDTH).collect() };
+    let passes: Vec<&[usize]> = match (with_derivatives, own.is_empty()) {
+        (false, _) => vec![],
+        (true, true) => vec![&[]],
+        (true, false) => own.chunks(WIDTH).collect(),
+    };
     let parts = parts(problem);
     let (mut places, mut residual, mut columns) = (vec![], vec![], vec![vec![]; own.len() + shared.len()]);
     let mut sizes = vec![];
@@ -105,6 +108,13 @@ fn joint_rows(
         let known = (effects, slots, values);
         let needed = episode.dynamics.as_ref().map(|d| common::needed(problem, d, j, known, wants_inertia));
         let mut per_effort = vec![];
+        if !with_derivatives {
+            let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);
+            let found = model.residual(problem, j, episode, needed.as_ref());
+            let at = |k: &usize| series.weight[*k] * episode.kernel.at(&found.values, *k);
+            residual.extend(series.kept.iter().map(at));
+            per_effort = found.per_effort;
+        }
         for (pass, chunk) in passes.iter().enumerate() {
             let variable = |slot: usize| match chunk.iter().position(|own| *own == slot) {
                 Some(place) => Dual::<WIDTH>::variable(values[slot], place),
