@@ -9,7 +9,7 @@ use crate::model::{Effect, Kind, Nominal, Role, Slot};
 use crate::play::{Side, unseen_side};
 use crate::problem::{EpisodeData, JointSetup, Problem};
 use crate::series::Series;
-use crate::shares::{at_least_small, delivered_share, inertia_share};
+use crate::shares::{at_least_small, delivered_share, inertia_share, passed_share};
 use crate::shift::{delayed, lagged, slope};
 use trundle_model::Real;
 
@@ -198,6 +198,8 @@ impl<T: Real> JointModel<T> {
             };
             delivered_share(&wanted, &raw)
         });
+        let is_slow = self.laws.iter().filter_map(Law::lag).any(|lag| lag.re() > 0.0);
+        let passed = (is_driven && is_slow).then(|| passed_share(&series.command, &commands));
         let drive = is_driven.then(|| episode.first_stage.filtered(&raw));
         let known = episode.first_stage.filtered(&series.known);
         let needed = self.needed(series, &episode.load, common);
@@ -232,7 +234,7 @@ impl<T: Real> JointModel<T> {
         let gain = self
             .gain
             .map_or_else(|| T::lift(1.0), |gain| at_least_small(magnitude(gain / setup.reference_gain)));
-        let shares = clipped.into_iter().chain(bridged).chain(filtered).chain(heavier);
+        let shares = clipped.into_iter().chain(passed).chain(bridged).chain(filtered).chain(heavier);
         let size = shares.fold(gain, |size, share| size * share).recip();
         let one = |k: usize| {
             let (q, v, a) = (series.q[k], series.v[k], series.a[k]);

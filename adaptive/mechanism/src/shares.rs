@@ -22,13 +22,15 @@ pub(crate) fn inertia_share<T: Real>(
     (reference > 0.0 && sum.re() > 0.0).then(|| sum / reference)
 }
 
-/// Share of a drive's efforts that is delivered: the slope of a regression. Residuals are divided by it, or a low limit or
-/// a wide play would make all efforts small.
+/// Share of the changes of a drive's effort that is delivered: the slope of a regression. Residuals are divided by it, or a
+/// low limit or a wide play would make all efforts small.
 pub(crate) fn delivered_share<T: Real>(wanted: &dyn Fn(usize) -> f64, delivered: &[T]) -> T {
+    let mean = (0..delivered.len()).map(wanted).sum::<f64>() / delivered.len().max(1) as f64;
     let (mut product, mut square) = (T::zero(), f64::MIN_POSITIVE);
     for (k, effort) in delivered.iter().enumerate() {
-        product += *effort * wanted(k);
-        square += wanted(k) * wanted(k);
+        let change = wanted(k) - mean;
+        product += *effort * change;
+        square += change * change;
     }
     let share = product / square;
     if (MIN_DELIVERED..1.0).contains(&share.re()) {
@@ -38,6 +40,51 @@ pub(crate) fn delivered_share<T: Real>(wanted: &dyn Fn(usize) -> f64, delivered:
     }
 }
 
+/// Share of the commands' changes that a lag lets pass: the ratio of their standard deviations. Residuals are divided by it, or
+/// a drive that hardly responds to its command would make all efforts small.
+pub(crate) fn passed_share<T: Real>(sent: &[f64], passed: &[T]) -> T {
+    let spread = |values: &dyn Fn(usize) -> T| {
+        let (mut sum, mut square) = (T::zero(), T::zero());
+        for k in 0..sent.len() {
+            sum += values(k);
+            square += values(k).squared();
+        }
+        square - sum.squared() / sent.len().max(1) as f64
+    };
+    let [before, after] = [spread(&|k| T::lift(sent[k])), spread(&|k| passed[k])];
+    let share = after.re() / before.re();
+    match share {
+        MIN_DELIVERED..1.0 => (after / before).sqrt(),
+        _ => T::lift(if share < MIN_DELIVERED { MIN_DELIVERED.sqrt() } else { 1.0 }),
+    }
+}
+
 pub(crate) fn at_least_small<T: Real>(response: T) -> T {
     if response.re() <= MIN_RESPONSE { T::lift(MIN_RESPONSE) } else { response }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{delivered_share, passed_share};
+    use crate::shift::lagged;
+
+    fn commands() -> Vec<f64> {
+        (0..400).map(|k| 3.0 + (0.1 * f64::from(k)).sin()).collect()
+    }
+
+    #[test]
+    fn a_long_lag_passes_little() {
+        let share = |lag: f64| passed_share(&commands(), &lagged(&commands(), lag, 0.01));
+        assert!((share(0.1) - 0.5f64.sqrt()).abs() < 0.05, "{}", share(0.1));
+        assert!(share(100.0) < 0.01, "{}", share(100.0));
+    }
+
+    #[test]
+    fn a_drive_that_always_saturates_delivers_nothing() {
+        let share = |limit: f64| {
+            let delivered: Vec<f64> = commands().iter().map(|c| c.min(limit)).collect();
+            delivered_share(&|k| commands()[k], &delivered)
+        };
+        assert!(share(5.0) > 0.999 && share(1.0) < 1e-3, "{} {}", share(5.0), share(1.0));
+    }
 }
