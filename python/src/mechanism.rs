@@ -262,16 +262,18 @@ pub(crate) fn episode_of(dict: &Bound<'_, PyDict>, [n, b, p]: [usize; 3]) -> PyR
     let gravity = shaped("gravity", &[n, 3])?;
     let payload = shaped("payload", &[n, b, 10])?;
     let (own_mass, own_payload) = (shaped("own_mass", &[n, b])?, shaped("own_payload", &[n, b, 10])?);
-    let position = shaped("position", &[n, n])?;
+    let mass_gravity = shaped("mass_gravity", &[n, b, 3])?;
+    let mass_position = shaped("mass_position", &[n, b, n])?;
+    let (position, curvature) = (shaped("position", &[n, n])?, shaped("position_curvature", &[n, n])?);
     let by_parameter = if p > 0 { Some(shaped("parameter", &[n, p])?) } else { None };
     let (mass, gravity) = (mass.as_array(), gravity.as_array());
-    let (payload, position) = (payload.as_array(), position.as_array());
+    let payload = payload.as_array();
     let by_body = |array: ArrayViewD<'_, f64>| -> Vec<Vec<Vec<f64>>> {
         (0..n).map(|j| (0..b).map(|k| column(array.view(), &[j, k])).collect()).collect()
     };
-    let by_moment = |array: ArrayViewD<'_, f64>| -> Vec<Vec<[Vec<f64>; 10]>> {
-        let of = |j: usize, k: usize| std::array::from_fn(|i| column(array.view(), &[j, k, i]));
-        (0..n).map(|j| (0..b).map(|k| of(j, k)).collect()).collect()
+    let by_mass_and_position = mass_position.as_array();
+    let by_position = |j: usize, body: usize| -> Vec<Vec<f64>> {
+        (0..n).map(|k| column(by_mass_and_position.view(), &[j, body, k])).collect()
     };
     Ok(EpisodeDynamics {
         effort: (0..n).map(|j| column(effort.as_array(), &[j])).collect(),
@@ -279,22 +281,26 @@ pub(crate) fn episode_of(dict: &Bound<'_, PyDict>, [n, b, p]: [usize; 3]) -> PyR
         by_mass: by_body(mass),
         inertia_by_mass: by_body(own_mass.as_array()),
         by_gravity: (0..n).map(|j| [0, 1, 2].map(|k| column(gravity.view(), &[j, k]))).collect(),
-        by_payload: by_moment(payload),
-        inertia_by_payload: by_moment(own_payload.as_array()),
+        by_mass_and_gravity: by_component(mass_gravity.as_array(), [n, b]),
+        by_payload: by_component(payload, [n, b]),
+        inertia_by_payload: by_component(own_payload.as_array(), [n, b]),
         by_offset: (0..n)
             .map(|j| {
-                let of = |k: usize| {
-                    let slope = column(position.view(), &[j, k]);
-                    let curvature = vec![0.0; slope.len()];
-                    [slope, curvature]
-                };
+                let of = |k: usize| [&position, &curvature].map(|array| column(array.as_array(), &[j, k]));
                 (0..n).map(of).collect()
             })
             .collect(),
+        by_mass_and_offset: (0..n).map(|j| (0..b).map(|body| by_position(j, body)).collect()).collect(),
         by_parameter: by_parameter.map_or(vec![], |parameter| {
             (0..n).map(|j| (0..p).map(|k| column(parameter.as_array(), &[j, k])).collect()).collect()
         }),
     })
+}
+
+/// The values over time by joint, by body, and by component.
+fn by_component<const K: usize>(array: ArrayViewD<'_, f64>, [n, b]: [usize; 2]) -> Vec<Vec<[Vec<f64>; K]>> {
+    let of = |j: usize, body: usize| std::array::from_fn(|k| column(array.view(), &[j, body, k]));
+    (0..n).map(|j| (0..b).map(|body| of(j, body)).collect()).collect()
 }
 
 /// The values over time at fixed later indices.

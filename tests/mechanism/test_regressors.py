@@ -84,6 +84,33 @@ def test_gravity(arm: Mechanism, found: Regressors) -> None:
     )
 
 
+@pytest.mark.parametrize("body", GROUPS)
+def test_mass_and_gravity_together(arm: Mechanism, found: Regressors, body: str) -> None:
+    heavier = arm.adjusted(mass={body: arm.masses[body] + 0.7})
+    change = heavier.regressors(*motion(), derivatives=False).gravity - found.gravity
+    np.testing.assert_allclose(0.7 * found.mass_gravity[body], change, atol=1e-11)
+
+
+@pytest.mark.parametrize("body", GROUPS)
+def test_mass_and_position_together(arm: Mechanism, found: Regressors, body: str) -> None:
+    heavier = arm.adjusted(mass={body: arm.masses[body] + 0.7}).regressors(*motion())
+    assert found.mass_position is not None
+    assert found.position is not None
+    assert heavier.position is not None
+    change = heavier.position - found.position
+    np.testing.assert_allclose(0.7 * found.mass_position[body], change, atol=3e-3 * np.abs(change).max())
+
+
+def test_an_offset_to_second_order(arm: Mechanism, found: Regressors) -> None:
+    assert found.position is not None
+    assert found.curvature is not None
+    offset = 0.05
+    change = arm.effort_with_offset(*motion(), "shoulder", offset) - found.effort
+    expanded = -offset * found.position[:, :, 1] + 0.5 * offset**2 * found.curvature[:, :, 1]
+    first = np.abs(change + offset * found.position[:, :, 1]).max()
+    assert np.abs(change - expanded).max() < 0.1 * first
+
+
 @pytest.mark.parametrize("body", ["upper", "wedge", "rail", "hand", "left", "right"])
 def test_payload(arm: Mechanism, found: Regressors, body: str) -> None:
     mass, com = 0.6, np.array([0.1, -0.07, 0.05])

@@ -46,6 +46,9 @@ pub(crate) fn needed(
             }
             Kind::Joint(..) => {}
         }
+        for (body, change) in mass_changes(problem, slots, values) {
+            add_with_mass(&mut sum, dynamics, (j, body), &effect, &shift(problem, &effect), change);
+        }
     }
     Needed { effort: sum, own_inertia: inertia }
 }
@@ -64,6 +67,9 @@ pub(crate) fn slope(
     match slot.role {
         Role::Nominal(Nominal::Mass(body)) => {
             add(&mut sum, &dynamics.by_mass[j][body], 1.0);
+            for effect in with_values(effects, slots, values) {
+                add_with_mass(&mut sum, dynamics, (j, body), &effect, &shift(problem, &effect), 1.0);
+            }
             inertia.iter_mut().for_each(|sum| add(sum, &dynamics.inertia_by_mass[j][body], 1.0));
         }
         Role::Nominal(Nominal::Parameter(k)) => add(&mut sum, &dynamics.by_parameter[j][k], 1.0),
@@ -71,6 +77,10 @@ pub(crate) fn slope(
         Role::Effect(index, param) => {
             let all = with_values(effects, slots, values);
             let effect = &all[index];
+            for (body, change) in mass_changes(problem, slots, values) {
+                let slope = shift_slope(problem, effect, param);
+                add_with_mass(&mut sum, dynamics, (j, body), effect, &slope, change);
+            }
             match effect.kind {
                 Kind::Payload(body) => {
                     let weights = payload_slope(&effect.values, param);
@@ -90,6 +100,50 @@ pub(crate) fn slope(
         }
     }
     Needed { effort: sum, own_inertia: inertia }
+}
+
+/// Changes of refitted masses by body, kg.
+fn mass_changes(problem: &Problem, slots: &[Slot], values: &[f64]) -> Vec<(usize, f64)> {
+    let change = |(slot, value): (&Slot, &f64)| match slot.role {
+        Role::Nominal(Nominal::Mass(body)) => Some((body, value - problem.bodies[body].1)),
+        _ => None,
+    };
+    slots.iter().zip(values).filter_map(change).collect()
+}
+
+/// Change of gravity or of a position by an effect.
+fn shift(problem: &Problem, effect: &Effect) -> Vec<f64> {
+    match effect.kind {
+        Kind::BaseTilt => gravity_change(problem.gravity, &effect.values).to_vec(),
+        Kind::EncoderOffset(_) => vec![-effect.values[0]],
+        _ => vec![],
+    }
+}
+
+/// Its derivative by a parameter of the effect.
+fn shift_slope(problem: &Problem, effect: &Effect, param: usize) -> Vec<f64> {
+    match effect.kind {
+        Kind::BaseTilt => gravity_slope(problem.gravity, &effect.values, param).to_vec(),
+        Kind::EncoderOffset(_) => vec![-1.0],
+        _ => vec![],
+    }
+}
+
+/// Add what a change of gravity or of a position changes at joint `j` together with a change of the mass of a body.
+fn add_with_mass(
+    sum: &mut [f64],
+    dynamics: &EpisodeDynamics,
+    (j, body): (usize, usize),
+    effect: &Effect,
+    shift: &[f64],
+    mass: f64,
+) {
+    let series: &[Vec<f64>] = match effect.kind {
+        Kind::BaseTilt => &dynamics.by_mass_and_gravity[j][body],
+        Kind::EncoderOffset(other) => std::slice::from_ref(&dynamics.by_mass_and_offset[j][body][other]),
+        _ => &[],
+    };
+    series.iter().zip(shift).for_each(|(series, shift)| add(sum, series, shift * mass));
 }
 
 fn add(sum: &mut [f64], series: &[f64], factor: f64) {

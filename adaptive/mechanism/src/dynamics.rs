@@ -15,6 +15,8 @@ pub struct EpisodeDynamics {
     pub inertia_by_mass: Vec<Vec<Vec<f64>>>,
     /// Derivative of the effort by each component of gravity, world axes: by joint, then x, y, z.
     pub by_gravity: Vec<[Vec<f64>; 3]>,
+    /// Derivative of the last two together: by joint, then by body, then x, y, z.
+    pub by_mass_and_gravity: Vec<Vec<[Vec<f64>; 3]>>,
     /// Derivative of the effort by a point mass on a body, body axes: by joint, then by body, then by m, m·x, m·y, m·z,
     /// m·x², m·y², m·z², m·x·y, m·x·z, m·y·z.
     pub by_payload: Vec<Vec<[Vec<f64>; 10]>>,
@@ -22,6 +24,9 @@ pub struct EpisodeDynamics {
     pub inertia_by_payload: Vec<Vec<[Vec<f64>; 10]>>,
     /// First and second derivative of the effort by the position of another joint: by joint, then by the other joint.
     pub by_offset: Vec<Vec<[Vec<f64>; 2]>>,
+    /// Derivative of the effort by a body's mass and the position of another joint together: by joint, then by body, then by
+    /// the other joint.
+    pub by_mass_and_offset: Vec<Vec<Vec<Vec<f64>>>>,
     /// Derivative of the effort by each parameter of the user's own simulator: by joint, then by parameter.
     pub by_parameter: Vec<Vec<Vec<f64>>>,
 }

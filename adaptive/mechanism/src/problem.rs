@@ -338,6 +338,8 @@ pub(crate) fn check_episode(
     let by_parameter = own.by_parameter.iter().flatten();
     let by_body = own.by_mass.iter().chain(&own.inertia_by_mass).flatten();
     let by_body = by_body.chain(own.by_payload.iter().chain(&own.inertia_by_payload).flatten().flatten());
+    let by_body = by_body.chain(own.by_mass_and_gravity.iter().flatten().flatten());
+    let by_body = by_body.chain(own.by_mass_and_offset.iter().flatten().flatten());
     let others = own.by_gravity.iter().flatten().chain(own.by_offset.iter().flatten().flatten());
     if !own.effort.iter().chain(&own.own_inertia).chain(by_body).chain(others).chain(by_parameter).all(fits) {
         return Err(problem(

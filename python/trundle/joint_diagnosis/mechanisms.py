@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -253,14 +253,24 @@ def motion_dynamics(
     """
     found = mechanism.regressors(own["q"], own["v"], own["a"], derivatives=derivatives)
     armature, damping = mechanism.armature, mechanism.damping
+    bodies, (samples, n) = mechanism.bodies, found.effort.shape
+    zeros = {body: np.zeros((samples, n, n)) for body in bodies}
     arrays = {
         "effort": found.effort - found.friction - armature * own["a"] - damping * own["v"],
         "own_inertia": np.einsum("tii->ti", found.mass_matrix) - armature,
-        "mass": np.stack([found.mass[body] for body in mechanism.bodies], 2),
+        "mass": _by_body(found.mass, bodies),
         "gravity": found.gravity,
-        "payload": np.stack([found.payload[body] for body in mechanism.bodies], 2),
-        "own_mass": np.stack([found.own_mass[body] for body in mechanism.bodies], 2),
-        "own_payload": np.stack([found.own_payload[body] for body in mechanism.bodies], 2),
-        "position": np.zeros(found.mass_matrix.shape) if found.position is None else found.position,
+        "payload": _by_body(found.payload, bodies),
+        "own_mass": _by_body(found.own_mass, bodies),
+        "own_payload": _by_body(found.own_payload, bodies),
+        "mass_gravity": _by_body(found.mass_gravity, bodies),
+        "mass_position": _by_body(found.mass_position or zeros, bodies),
+        "position": np.zeros((samples, n, n)) if found.position is None else found.position,
+        "position_curvature": np.zeros((samples, n, n)) if found.curvature is None else found.curvature,
     }
     return {name: np.ascontiguousarray(values, dtype=float) for name, values in arrays.items()}
+
+
+def _by_body(columns: Mapping[str, NDArray[np.float64]], bodies: Sequence[str]) -> NDArray[np.float64]:
+    """Return columns, (T, n, ...), stacked along a third axis of bodies."""
+    return np.stack([columns[body] for body in bodies], 2)

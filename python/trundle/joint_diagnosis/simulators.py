@@ -128,6 +128,9 @@ class SimulatorUnderTest:
             "own_mass": np.empty((len(q), n, 0)),
             "own_payload": np.empty((len(q), n, 0, 10)),
             "position": by_position(*place),
+            "position_curvature": np.zeros((len(q), n, n)),
+            "mass_gravity": np.empty((len(q), n, 0, 3)),
+            "mass_position": np.empty((len(q), n, 0, n)),
             "parameter": by_parameter(*place, self.parameters),
         }
         contiguous = {key: np.ascontiguousarray(values, dtype=float) for key, values in arrays.items()}

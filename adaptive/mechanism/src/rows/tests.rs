@@ -31,15 +31,19 @@ fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
     let motion = motion(&recording).unwrap();
     let a = &motion.episodes[0].a[0];
     let zeros = || vec![0.0; a.len()];
+    // Any series will do.
+    let some = |size: f64| -> Vec<f64> { a.iter().map(|a| size * (1.0 + 0.1 * a)).collect() };
     let episode = EpisodeDynamics {
         effort: vec![a.iter().map(|a| MASS * a).collect()],
         own_inertia: vec![vec![MASS; a.len()]],
         by_mass: vec![vec![a.clone()]],
         inertia_by_mass: vec![vec![vec![1.0; a.len()]]],
-        by_gravity: vec![std::array::from_fn(|_| zeros())],
+        by_gravity: vec![[some(-MASS), zeros(), some(0.3 * MASS)]],
         by_payload: vec![vec![std::array::from_fn(|_| zeros())]],
         inertia_by_payload: vec![vec![std::array::from_fn(|_| zeros())]],
-        by_offset: vec![vec![[zeros(), zeros()]]],
+        by_offset: vec![vec![[some(2.0), some(-1.0)]]],
+        by_mass_and_gravity: vec![vec![[some(-1.0), zeros(), some(0.3)]]],
+        by_mass_and_offset: vec![vec![vec![some(2.0 / MASS)]]],
         by_parameter: vec![],
     };
     let dynamics = Dynamics {
@@ -48,6 +52,7 @@ fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
         armature: vec![0.4],
         damping: vec![1.0],
         frictionloss: vec![0.0],
+        gravity: [0.0, 0.0, -9.81],
         is_hinge: vec![false],
         episodes: vec![episode],
         ..Dynamics::default()
@@ -58,16 +63,19 @@ fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
 #[test]
 fn derivatives_are_those_of_the_residual() {
     let effort: fn(f64) -> f64 = |t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t + 0.1).cos();
-    let laws = [
-        (JointKind::LoadFriction, "joint", Some(effort), vec![0.3]),
-        (JointKind::Elasticity, "joint", Some(effort), vec![900.0, 3.0]),
-        (JointKind::Elasticity, "drive", Some(effort), vec![900.0, 3.0]),
-        (JointKind::ViscousFriction, "joint", Some(effort), vec![0.7]),
-        (JointKind::ViscousFriction, "joint", None, vec![0.7]),
+    let law = |kind| Kind::Joint(kind, 0);
+    let cases = [
+        (law(JointKind::LoadFriction), "joint", Some(effort), vec![0.3]),
+        (law(JointKind::Elasticity), "joint", Some(effort), vec![900.0, 3.0]),
+        (law(JointKind::Elasticity), "drive", Some(effort), vec![900.0, 3.0]),
+        (law(JointKind::ViscousFriction), "joint", Some(effort), vec![0.7]),
+        (law(JointKind::ViscousFriction), "joint", None, vec![0.7]),
+        (Kind::BaseTilt, "joint", Some(effort), vec![0.2, -0.3]),
+        (Kind::EncoderOffset(0), "joint", Some(effort), vec![0.2]),
     ];
-    for (kind, side, effort, values) in laws {
+    for (kind, side, effort, values) in cases {
         let problem = carriage(side, effort);
-        let effects = [Effect { kind: Kind::Joint(kind, 0), values }];
+        let effects = [Effect { kind, values }];
         let slots = slots(&problem, &effects);
         // Another mass than the model's: its own inertia is not the given one. Delays of whole samples have no derivative
         // at the ends of an episode.
