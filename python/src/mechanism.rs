@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trundle_infer::Stage;
 use trundle_mechanism::{
-    Dynamics, EpisodeDynamics, FittedMechanism, JointOutcome, JointSample, Kind, Motion, Problem,
-    SimulatorParameter, SimulatorSetup, Spec, catalogue, diagnose_joints, motion,
+    Dynamics, EpisodeDynamics, FittedMechanism, JointOutcome, JointSample, Kind, Motion, SimulatorParameter,
+    SimulatorSetup, Spec, catalogue, diagnose_joints, motion,
 };
 
 use crate::black_box::{PyParameter, unit};
@@ -90,8 +90,7 @@ fn _diagnose_joints(
     let found = run(py, || motion(&source))?;
     let dynamics = dynamics.map(|dict| dynamics_of(dict, &found)).transpose()?;
     let outcome = watched_request(py, progress, &STAGES, |watch| {
-        let problem = Problem::new(&source, &found, dynamics.as_ref())?;
-        diagnose_joints(&problem, &without, watch)
+        diagnose_joints(&source, &found, dynamics.as_ref(), &without, watch)
     })?;
     Ok(PyJointOutcome(outcome))
 }

@@ -40,6 +40,11 @@ impl StageSds {
         Self { first, second: (both * both - first * first).sqrt() }
     }
 
+    /// Stages with the same first one and the shortest second one.
+    pub fn finest(&self) -> Self {
+        Self { second: self.first, ..*self }
+    }
+
     /// Number of samples at intervals of `dt` from one compared sample to the next.
     pub fn spacing(&self, dt: f64) -> usize {
         ((SPACING_SDS * self.both() / dt) as usize).max(1)

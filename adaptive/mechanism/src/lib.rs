@@ -5,6 +5,7 @@
 
 mod answer;
 mod bandwidth;
+mod children;
 mod common;
 mod cross_validation;
 mod deflection;
@@ -20,6 +21,7 @@ mod kernel;
 mod lack_of_fit;
 mod laws;
 mod location;
+mod memo;
 mod model;
 mod motion;
 mod moves;

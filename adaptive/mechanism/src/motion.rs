@@ -10,6 +10,8 @@ use trundle_record::JointRecording;
 const MAX_GAP_SDS: f64 = 6.0;
 /// Range of a joint's positions, standard deviations of their noise, above which it moves (MECHANISM.md).
 const MIN_RANGE_SDS: f64 = 10.0;
+/// Least ratio of cut-off frequencies that is worth a second search.
+const MIN_FINER: f64 = 1.2;
 /// Fewest positions of a joint in an episode.
 const MIN_POSITIONS: usize = 20;
 
@@ -60,6 +62,14 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// The same motion, compared up to the largest frequency at which the first stage of the filter leaves it; `None` if that
+    /// is hardly more.
+    pub(crate) fn finer(&self) -> Option<Self> {
+        let stages = self.stages.finest();
+        let ratio = self.stages.both() / stages.both();
+        (ratio > MIN_FINER).then(|| Self { stages, bandwidth: ratio * self.bandwidth, ..self.clone() })
+    }
+
     /// Standard deviation of a derivative of white noise of unit standard deviation, sampled at an interval, after both
     /// stages of the filter. A Gaussian filter of standard deviation s has √(T/(2√π s)) for the value, with the factors
     /// 1/(√2 s) and √3/(2 s²) for the derivatives.

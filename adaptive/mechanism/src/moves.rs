@@ -53,7 +53,7 @@ impl Searcher<'_> {
         for index in 0..count {
             let reduced = self.without_effect(&model, index, tried);
             let times = self.times(&model);
-            for child in self.children(&reduced, tried, &|_| true)? {
+            for child in self.children(&reduced, tried)? {
                 let is_better = child.log_evidence(&times) > model.log_evidence(&times) + 1.0;
                 if is_better && self.predicts(&model, &child) && self.all_pass(&child, tried) {
                     model = child;
@@ -111,7 +111,7 @@ impl Searcher<'_> {
                 // An effect at one joint cannot replace effects at two.
                 let can_replace =
                     |kind: Kind| kind.joint().is_none_or(|j| joints.iter().all(|joint| *joint == Some(j)));
-                for child in self.children(&reduced, tried, &can_replace)? {
+                for child in self.children_where(&reduced, tried, &can_replace)? {
                     let is_better = child.log_evidence(&times) > model.log_evidence(&times);
                     if is_better && self.predicts(&model, &child) && self.all_pass(&child, tried) {
                         model = child;

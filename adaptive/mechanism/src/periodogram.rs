@@ -1,7 +1,7 @@
 //! Periods of a residual in the position of a joint.
 
-use crate::problem::Problem;
-use crate::rows::JointRows;
+use crate::problem::{EpisodeData, Problem};
+use crate::rows::{JointRows, Place};
 
 /// Periods that are tried as starting points of a fit.
 const MAX_PERIODS: usize = 3;
@@ -9,10 +9,10 @@ const MAX_PERIODS: usize = 3;
 /// The starting points whose first value is the period with the largest share of the residual, with the amplitude and the
 /// phase that fit it. Of neighbouring periods only the best is kept.
 pub(crate) fn best_periods(problem: &Problem, rows: &JointRows, starts: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let positions: Vec<f64> =
-        rows.places.iter().map(|p| problem.episodes[p.episode].joints[rows.joint].q[p.sample]).collect();
-    let power: Vec<[f64; 3]> =
-        starts.iter().map(|start| projection(&positions, rows.residual.as_slice(), start[0])).collect();
+    let power: Vec<[f64; 3]> = starts
+        .iter()
+        .map(|start| projection(&waves(problem, rows, start[0]), rows.residual.as_slice()))
+        .collect();
     let is_peak = |k: &usize| {
         let neighbour = |other: Option<usize>| other.and_then(|o| power.get(o)).map_or(0.0, |p| p[0]);
         power[*k][0] >= neighbour(k.checked_sub(1)) && power[*k][0] >= neighbour(Some(k + 1))
@@ -26,11 +26,27 @@ pub(crate) fn best_periods(problem: &Problem, rows: &JointRows, starts: &[Vec<f6
     peaks.iter().take(MAX_PERIODS).map(start).collect()
 }
 
+/// Sine and cosine of the position at the compared samples, filtered and weighted like the residuals: where the joint is
+/// fast, little of them is left.
+fn waves(problem: &Problem, rows: &JointRows, period: f64) -> Vec<[f64; 2]> {
+    let of = |episode: &EpisodeData| -> [Vec<f64>; 2] {
+        let phase = |q: &f64| std::f64::consts::TAU * q / period;
+        let series = &episode.joints[rows.joint];
+        [series.q.iter().map(|q| phase(q).sin()).collect(), series.q.iter().map(|q| phase(q).cos()).collect()]
+    };
+    let all: Vec<[Vec<f64>; 2]> = problem.episodes.iter().map(of).collect();
+    let one = |place: &Place| {
+        let episode = &problem.episodes[place.episode];
+        let weight = episode.joints[rows.joint].weight[place.sample];
+        all[place.episode].each_ref().map(|wave| weight * episode.kernel.at(wave, place.sample))
+    };
+    rows.places.iter().map(one).collect()
+}
+
 /// Explained sum of squares, and the coefficients of sine and cosine.
-fn projection(positions: &[f64], residual: &[f64], period: f64) -> [f64; 3] {
+fn projection(waves: &[[f64; 2]], residual: &[f64]) -> [f64; 3] {
     let (mut ss, mut sc, mut cc, mut rs, mut rc) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (q, r) in positions.iter().zip(residual) {
-        let (sin, cos) = (std::f64::consts::TAU * q / period).sin_cos();
+    for ([sin, cos], r) in waves.iter().zip(residual) {
         ss += sin * sin;
         sc += sin * cos;
         cc += cos * cos;

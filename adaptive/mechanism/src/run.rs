@@ -4,13 +4,15 @@ use crate::answer::{
     JointAnswer, JointBeforeAfter, JointEffect, JointFit, JointMismatch, JointNominal, JointParameter,
     JointResidual,
 };
+use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
 use crate::figures::figures;
 use crate::fit::{Fit, fit};
 use crate::intervals::{Interval, are_defined, intervals};
-use crate::lack_of_fit::{LackOfFit, lack_of_fit};
+use crate::lack_of_fit::{CERTAIN_EXPLANATION, LackOfFit, explanation, lack_of_fit};
 use crate::location::{regime, shares, windows};
 use crate::model::{Kind, Role, place};
+use crate::motion::Motion;
 use crate::outcome::JointOutcome;
 use crate::problem::Problem;
 use crate::rest::with_rest;
@@ -26,13 +28,12 @@ use trundle_diagnose::{
     calibrated, max_given_cost,
 };
 use trundle_infer::Watch;
+use trundle_record::JointRecording;
 
 /// Fewest independent samples of a joint: five for each parameter of an axis with two effects.
 const MIN_SAMPLES: usize = 30;
-/// Reduction of the misfit, see [`explained`], from which names can be certain, and below which there is none. On the tuning
-/// range of the benchmark all correct answers are above the first, and of 13 wrong names four are below the second and six
-/// between them.
-const CERTAIN_EXPLANATION: f64 = 0.5;
+/// Reduction of the misfit, see [`explained`], below which there is no name. On the tuning range of the benchmark four of 13
+/// wrong names are below it, and no correct answer.
 const MIN_EXPLANATION: f64 = 0.15;
 
 /// Diagnose a recording of joints.
@@ -40,35 +41,69 @@ const MIN_EXPLANATION: f64 = 0.15;
 /// # Errors
 /// If there is too little motion, or the user interrupts.
 pub fn diagnose_joints(
-    problem: &Problem,
+    recording: &JointRecording,
+    motion: &Motion,
+    dynamics: Option<&Dynamics>,
     without: &[String],
     watch: &dyn Watch,
 ) -> Result<JointOutcome, MechanismError> {
-    require_samples(problem)?;
-    let mut found = Searcher { problem, without, watch }.run()?;
-    let all = with_rest(problem, &found.best.fit);
-    if let Some(problem) = &all {
-        found = Searcher { problem, without, watch }.run_again(&found)?;
+    let mut searched = searched(Problem::new(recording, motion, dynamics)?, without, watch)?;
+    // What remains may act faster than the motion: its higher frequencies are compared as well.
+    if searched.is_lacking()
+        && let Some(finer) = motion.finer()
+    {
+        searched = self::searched(Problem::new(recording, &finer, dynamics)?, without, watch)?;
     }
-    let problem = all.as_ref().unwrap_or(problem);
-    let searcher = Searcher { problem, without, watch };
+    let Searched { problem, mut found, before, after } = searched;
+    let searcher = Searcher::new(&problem, without, watch);
     watch.progress("lack of fit", 0.0);
-    let joints = 0..problem.joints.len();
-    let before: Vec<LackOfFit> = joints.clone().map(|j| lack_of_fit(problem, &found.base, j)).collect();
-    let after: Vec<LackOfFit> = joints.clone().map(|j| lack_of_fit(problem, &found.best, j)).collect();
-    let given = given_values_suffice(problem, &found.base, &searcher);
-    let verdict = verdict(&found, &before, &after, problem, given);
+    let given = given_values_suffice(&problem, &found.base, &searcher);
+    let verdict = verdict(&found, &before, &after, &problem, given);
     if verdict == Verdict::Unexplained {
         found.best = found.base.clone();
         found.support.clear();
-    }
-    if verdict != Verdict::Unexplained {
+    } else {
         searcher.try_further(&found.best, &mut found.tried)?;
     }
     watch.progress("figures", 0.0);
-    let answer = answer(problem, &searcher, &mut found, verdict, [&before, &after]);
+    let answer = answer(&problem, &searcher, &mut found, verdict, [&before, &after]);
     let (base, best) = (found.base.fit, found.best.fit);
-    Ok(JointOutcome::new(problem, answer, base, best))
+    Ok(JointOutcome::new(&problem, answer, base, best))
+}
+
+/// A search with the lack of fit of each joint, without and with the effects that it found.
+struct Searched {
+    problem: Problem,
+    found: Found,
+    before: Vec<LackOfFit>,
+    after: Vec<LackOfFit>,
+}
+
+fn searched(problem: Problem, without: &[String], watch: &dyn Watch) -> Result<Searched, MechanismError> {
+    require_samples(&problem)?;
+    let mut found = Searcher::new(&problem, without, watch).run()?;
+    let problem = match with_rest(&problem, &found.best.fit) {
+        Some(all) => {
+            found = Searcher::new(&all, without, watch).run_again(&found)?;
+            all
+        }
+        None => problem,
+    };
+    let of = |tried: &Tried| -> Vec<LackOfFit> {
+        (0..problem.joints.len()).map(|j| lack_of_fit(&problem, tried, j)).collect()
+    };
+    let (before, after) = (of(&found.base), of(&found.best));
+    Ok(Searched { problem, found, before, after })
+}
+
+impl Searched {
+    /// Whether much of a joint's misfit remains and exceeds the noise, or the effects explain little.
+    fn is_lacking(&self) -> bool {
+        let Self { problem, found, before, after } = self;
+        let remains =
+            |j: usize| after[j].exceeds_noise && remaining(found, before, after, j) > MAX_RESIDUAL_GAIN_SHARE;
+        (0..after.len()).any(remains) || verdict(found, before, after, problem, None) == Verdict::Unexplained
+    }
 }
 
 fn require_samples(problem: &Problem) -> Result<(), MechanismError> {
@@ -129,12 +164,10 @@ fn remaining(found: &Found, before: &[LackOfFit], after: &[LackOfFit], j: usize)
     if missing > 0.0 { after[j].mean_square.max(0.0) / missing } else { 0.0 }
 }
 
-/// How far the best model reduces a joint's misfit towards the noise: 0 not at all, 1 to the noise; logarithmic.
+/// How far the best model reduces a joint's misfit towards the noise.
 fn explained(problem: &Problem, found: &Found, j: usize) -> f64 {
     let size = |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]).sqrt();
-    let (before, after, floor) = (size(&found.base), size(&found.best), noise_floor(problem, j));
-    let possible = (before / floor).ln();
-    if possible > 0.0 { ((before / after).ln() / possible).clamp(0.0, 1.0) } else { 1.0 }
+    explanation([size(&found.base), size(&found.best)], noise_floor(problem, j))
 }
 
 fn answer(
@@ -154,7 +187,11 @@ fn answer(
     let mut missing: Vec<JointEffect> = vec![];
     for k in 0..best.fit.effects.len() {
         let simpler = searcher.without_effect(&best, k, &mut found.tried);
-        let support = found.support.get(k).copied().unwrap_or(Support { probability: 0.5, error_ratio: 1.0 });
+        let support = found.support.get(k).copied().unwrap_or(Support {
+            probability: 0.5,
+            error_ratio: 1.0,
+            may_be_noise: false,
+        });
         let kind = best.fit.effects[k].kind;
         let chance = support.probability.min(probability_of(found, &weights, kind));
         let left = |j: usize| remaining(found, before, after, j);

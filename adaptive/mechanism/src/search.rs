@@ -4,15 +4,14 @@
 use crate::cross_validation::left_out;
 use crate::error::MechanismError;
 use crate::figures::figures;
-use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
+use crate::fit::{Fit, MAX_STEPS, fit};
 use crate::intervals::are_defined;
-use crate::lack_of_fit::lack_of_fit;
-use crate::laws::JointKind;
+use crate::lack_of_fit::{lack_of_fit, may_be_noise};
+use crate::memo::Memo;
 use crate::model::{Effect, Kind};
 use crate::others::Others;
-use crate::periodogram::best_periods;
 use crate::problem::Problem;
-use crate::rows::{Scope, evaluate, weight};
+use crate::rows::{Scope, noise_floor, weight};
 use crate::tried::{Found, Support, Tried};
 use rayon::prelude::*;
 use trundle_diagnose::{
@@ -21,13 +20,9 @@ use trundle_diagnose::{
 use trundle_infer::{Watch, on_all_cores};
 
 /// Steps of a fit that only ranks candidates.
-const SCREENING_STEPS: usize = 5;
-/// Candidates that are fitted to their optimum.
-const MAX_FITTED: usize = 6;
+pub(crate) const SCREENING_STEPS: usize = 5;
 /// Models to which a second effect is added if no single effect passes the tests.
 const MAX_PARENTS: usize = 3;
-/// Least gain of a candidate in the screen, nats.
-const MIN_SCREEN_GAIN_NATS: f64 = 3.0;
 /// Most effects for each joint. The tests decide; this only bounds the time.
 const MAX_EFFECTS_PER_JOINT: usize = 4;
 
@@ -35,9 +30,14 @@ pub(crate) struct Searcher<'a> {
     pub problem: &'a Problem,
     pub without: &'a [String],
     pub watch: &'a dyn Watch,
+    pub memo: Memo,
 }
 
-impl Searcher<'_> {
+impl<'a> Searcher<'a> {
+    pub fn new(problem: &'a Problem, without: &'a [String], watch: &'a dyn Watch) -> Self {
+        Self { problem, without, watch, memo: Memo::default() }
+    }
+
     /// Run the search.
     pub fn run(&self) -> Result<Found, MechanismError> {
         self.watch.progress("the mechanism under test", 0.0);
@@ -75,7 +75,10 @@ impl Searcher<'_> {
         let limit = MAX_EFFECTS_PER_JOINT * self.problem.joints.len();
         while best.fit.effects.len() < limit {
             self.watch.progress("missing effects", best.fit.effects.len() as f64 / limit as f64);
-            let next = self.extended(&best, &mut tried)?;
+            let next = match self.extended(&best, &mut tried)? {
+                None => self.beside(&best, &mut tried)?,
+                found => found,
+            };
             let Some(next) = next else { break };
             best = self.exchanged(next, &mut tried)?;
         }
@@ -133,7 +136,7 @@ impl Searcher<'_> {
 
     /// The best model with one more effect that passes the tests, or with two more of which each does.
     fn extended(&self, parent: &Tried, tried: &mut Vec<Tried>) -> Result<Option<Tried>, MechanismError> {
-        let children = self.children(parent, tried, &|_| true)?;
+        let children = self.children(parent, tried)?;
         let mut passing = vec![];
         for child in &children {
             if self.improves(parent, child) && self.all_pass(child, tried) {
@@ -146,13 +149,51 @@ impl Searcher<'_> {
             return Ok(passing.into_iter().next());
         }
         for child in children.iter().take(MAX_PARENTS).chain(&self.masked(parent, &children, tried)?) {
-            for grandchild in self.children(child, tried, &|_| true)? {
+            for grandchild in self.children(child, tried)? {
                 if self.improves(child, &grandchild) && self.all_pass(&grandchild, tried) {
                     return Ok(Some(grandchild));
                 }
             }
         }
         Ok(None)
+    }
+
+    /// A better model with two effects than the best one with one effect, from other single effects: a third effect may imitate
+    /// both, and neither improves on it. With more effects, [`Self::exchanged`] does the same.
+    fn beside(&self, best: &Tried, tried: &mut Vec<Tried>) -> Result<Option<Tried>, MechanismError> {
+        if best.fit.effects.len() != 1 || self.misfitting(best).is_empty() {
+            return Ok(None);
+        }
+        let times = self.times(best);
+        let mut parents: Vec<Tried> = vec![];
+        let mut all: Vec<Tried> =
+            tried.iter().filter(|other| other.fit.effects.len() == 1).cloned().collect();
+        all.sort_by(|a, b| b.log_evidence(&times).total_cmp(&a.log_evidence(&times)));
+        for other in all {
+            let is_known = |known: &Tried| known.kinds() == other.kinds();
+            if !is_known(best) && !parents.iter().any(is_known) && self.all_pass(&other, tried) {
+                parents.push(other);
+            }
+            if parents.len() == MAX_PARENTS {
+                break;
+            }
+        }
+        for parent in &parents {
+            for child in self.children(parent, tried)? {
+                let times = self.times(&child);
+                let is_better = child.log_evidence(&times) > best.log_evidence(&times);
+                if is_better && self.improves(parent, &child) && self.all_pass(&child, tried) {
+                    return Ok(Some(child));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Joints with a lack of fit.
+    fn misfitting(&self, model: &Tried) -> Vec<usize> {
+        let exceeds_noise = |j: &usize| lack_of_fit(self.problem, model, *j).exceeds_noise;
+        (0..self.problem.joints.len()).filter(exceeds_noise).collect()
     }
 
     /// The best models with one more effect at a joint with a lack of fit, also if none of them improves on the parent: one of two
@@ -163,8 +204,7 @@ impl Searcher<'_> {
         known: &[Tried],
         tried: &mut Vec<Tried>,
     ) -> Result<Vec<Tried>, MechanismError> {
-        let exceeds_noise = |j: &usize| lack_of_fit(self.problem, parent, *j).exceeds_noise;
-        let misfitting: Vec<usize> = (0..self.problem.joints.len()).filter(exceeds_noise).collect();
+        let misfitting = self.misfitting(parent);
         if misfitting.is_empty() {
             return Ok(vec![]);
         }
@@ -193,117 +233,6 @@ impl Searcher<'_> {
         }
     }
 
-    /// Models with one more effect that `is_wanted`, fitted to their optimum, the best first. Joints whose residual is hardly
-    /// more than noise need no effect: it would only filter the noise.
-    pub fn children(
-        &self,
-        parent: &Tried,
-        tried: &mut Vec<Tried>,
-        is_wanted: &dyn Fn(Kind) -> bool,
-    ) -> Result<Vec<Tried>, MechanismError> {
-        let joints = 0..self.problem.joints.len();
-        let misfits: Vec<bool> =
-            joints.map(|j| lack_of_fit(self.problem, parent, j).is_larger_than_noise).collect();
-        let may_explain = |kind: Kind| match kind {
-            Kind::Joint(_, j) => misfits[j],
-            _ => misfits.contains(&true),
-        };
-        self.children_above(parent, tried, &|kind| may_explain(kind) && is_wanted(kind), MIN_SCREEN_GAIN_NATS)
-    }
-
-    /// Fit all models with one more effect that may improve on a model, also where its residual is hardly more than noise.
-    pub fn try_further(&self, model: &Tried, tried: &mut Vec<Tried>) -> Result<(), MechanismError> {
-        self.children_above(model, tried, &|_| true, MIN_SCREEN_GAIN_NATS).map(|_| ())
-    }
-
-    /// Models with one more effect that `is_wanted`, and a gain in the screen of more than `least` nats.
-    fn children_above(
-        &self,
-        parent: &Tried,
-        tried: &mut Vec<Tried>,
-        is_wanted: &dyn Fn(Kind) -> bool,
-        least: f64,
-    ) -> Result<Vec<Tried>, MechanismError> {
-        let times = self.times(parent);
-        let Fit { effects, slots, values, sd, .. } = &parent.fit;
-        let others = Others::of(self.problem, effects, slots, values, sd);
-        let kinds: Vec<Kind> = Kind::candidates(self.problem)
-            .into_iter()
-            .filter(|kind| is_wanted(*kind) && self.is_offered(parent, *kind))
-            .collect();
-        let mut screened = on_all_cores(self.watch, |_| {
-            let screen = |kind: &Kind| self.screened(parent, *kind, &times, &others);
-            Ok::<_, MechanismError>(kinds.par_iter().filter_map(screen).collect::<Vec<(f64, Fit)>>())
-        })?;
-        screened.retain(|(gain, _)| *gain > least);
-        screened.sort_by(|a, b| b.0.total_cmp(&a.0));
-        screened.truncate(MAX_FITTED);
-        let mut children = on_all_cores(self.watch, |_| {
-            let optimum = |(_, start): &(f64, Fit)| {
-                self.tried(fit(
-                    self.problem,
-                    &start.fitted_effects(),
-                    Some(start),
-                    Scope::Training,
-                    MAX_STEPS,
-                ))
-            };
-            Ok::<_, MechanismError>(screened.par_iter().map(optimum).collect::<Vec<Tried>>())
-        })?;
-        children.sort_by(|a, b| b.log_evidence(&times).total_cmp(&a.log_evidence(&times)));
-        tried.extend(children.iter().cloned());
-        Ok(children)
-    }
-
-    fn is_offered(&self, parent: &Tried, kind: Kind) -> bool {
-        let is_new = parent.fit.effects.iter().all(|e| e.kind != kind);
-        // Play and elasticity of one joint share the only compliance of its equation.
-        let conflicts = |other: Kind| match (kind, other) {
-            (Kind::Joint(a, j), Kind::Joint(b, k)) => j == k && is_compliance(a) && is_compliance(b),
-            _ => false,
-        };
-        is_new
-            && !self.without.iter().any(|name| name == kind.effect())
-            && !parent.fit.effects.iter().any(|e| conflicts(e.kind))
-    }
-
-    /// The gain in log evidence of the best start of a candidate after a few steps, and its values.
-    fn screened(&self, parent: &Tried, kind: Kind, times: &[f64], others: &Others) -> Option<(f64, Fit)> {
-        let scope = match kind {
-            Kind::Joint(_, joint) => Scope::Joint(joint),
-            Kind::EncoderOffset(joint) if self.problem.axis.is_some() => Scope::Joint(joint),
-            _ => Scope::Training,
-        };
-        let mut starts = kind.starts(self.problem);
-        if let (Scope::Joint(_), true) = (scope, kind.params().iter().any(|p| p.is_period)) {
-            let Fit { effects, slots, values, .. } = &parent.fit;
-            let rows = evaluate(self.problem, effects, slots, values, scope, false);
-            starts = best_periods(self.problem, &rows[0], &starts);
-        }
-        let samples: f64 = (0..times.len()).map(|j| parent.fit.samples[j] as f64 / times[j]).sum();
-        let one = |values: Vec<f64>| {
-            let mut effects = parent.fit.fitted_effects();
-            effects.push(Effect { kind, values });
-            let found =
-                fit_with(self.problem, &effects, Some(&parent.fit), scope, SCREENING_STEPS, Some(others));
-            let joints: Vec<usize> = match scope {
-                Scope::Joint(joint) => vec![joint],
-                _ => (0..times.len()).collect(),
-            };
-            let own = |j: &usize| {
-                parent.fit.samples[*j] as f64 / times[*j] * (parent.fit.sd[*j] / found.sd[*j]).ln()
-            };
-            let added = (found.slots.len() - parent.fit.slots.len()) as f64;
-            let lost = match scope {
-                Scope::Joint(joint) => others.cost(joint, &found.values) / times[joint],
-                _ => 0.0,
-            };
-            let gain = joints.iter().map(own).sum::<f64>() - lost - 0.5 * added * samples.max(1.0).ln();
-            (gain, found)
-        };
-        starts.into_iter().map(one).filter(|(gain, _)| gain.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
     /// Support for what `fuller` has in addition to `simpler`.
     pub fn support(&self, simpler: &Tried, fuller: &Tried) -> Support {
         let times = self.times(fuller);
@@ -311,6 +240,7 @@ impl Searcher<'_> {
         let (mut with, mut without): (PredictedSamples, PredictedSamples) = (vec![], vec![]);
         let mut time: f64 = 1.0;
         let mut ratio: f64 = 1.0;
+        let mut may_be_noise = true;
         for j in joints {
             let sd =
                 |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]).sqrt().max(tried.fit.sd[j]);
@@ -323,9 +253,11 @@ impl Searcher<'_> {
             with.extend(predicted(fuller));
             without.extend(predicted(simpler));
             time = time.max(times[j]);
-            ratio = ratio.max((sd(simpler) / sd(fuller)).powi(2));
+            let sds = [sd(simpler), sd(fuller)];
+            ratio = ratio.max((sds[0] / sds[1]).powi(2));
+            may_be_noise &= self::may_be_noise(sds, noise_floor(self.problem, j));
         }
-        Support { probability: probability_of_gain(time, &with, &without), error_ratio: ratio }
+        Support { probability: probability_of_gain(time, &with, &without), error_ratio: ratio, may_be_noise }
     }
 
     /// Joints whose equations the difference of two models enters. Parameters of all joints change a little with every
@@ -364,8 +296,4 @@ impl Searcher<'_> {
         are_defined(self.problem, &model.fit, &self.times(model))
             && self.support_of_all(model, tried).iter().all(|support| support.passes())
     }
-}
-
-fn is_compliance(kind: JointKind) -> bool {
-    matches!(kind, JointKind::Backlash | JointKind::Elasticity)
 }

@@ -36,6 +36,8 @@ pub(crate) struct Support {
     pub probability: f64,
     /// Ratio of the squared errors without and with it.
     pub error_ratio: f64,
+    /// Whether a reduction of the noise may explain that.
+    pub may_be_noise: bool,
 }
 
 impl Support {
@@ -48,7 +50,7 @@ impl Support {
     }
 
     pub fn passes(self) -> bool {
-        self.is_certain() && self.is_material()
+        self.is_certain() && self.is_material() && !self.may_be_noise
     }
 }
 

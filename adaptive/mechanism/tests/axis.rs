@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use trundle_diagnose::Verdict;
 use trundle_infer::Quiet;
-use trundle_mechanism::{JointAnswer, Problem, diagnose_joints, motion};
+use trundle_mechanism::{JointAnswer, diagnose_joints, motion};
 use trundle_record::{Episode, JointMetadata, JointRecording};
 
 const INERTIA: f64 = 0.02;
@@ -77,8 +77,7 @@ fn scale(episode: &mut Episode, title: &str, factor: f64) {
 
 fn answer(recording: &JointRecording) -> JointAnswer {
     let motion = motion(recording).unwrap();
-    let problem = Problem::new(recording, &motion, None).unwrap();
-    diagnose_joints(&problem, &[], &Quiet).unwrap().answer
+    diagnose_joints(recording, &motion, None, &[], &Quiet).unwrap().answer
 }
 
 fn diagnosed(extra: Extra, dry: f64, reading: fn(f64) -> f64) -> JointAnswer {
@@ -133,6 +132,15 @@ fn an_offset_of_the_reading_is_tied_to_friction_that_differs_by_direction() {
     let answer = diagnosed(nothing, 0.0, |effort| effort + 0.05);
     assert_eq!(answer.verdict, Verdict::Explained);
     assert!(answer.tied[0].contains(&"effort_bias:arm".to_owned()), "{:?}", answer.tied);
+}
+
+#[test]
+fn an_effort_that_repeats_faster_than_the_motion_is_named() {
+    let found = diagnosed(|_, q, _| 0.2 * (q * std::f64::consts::TAU / 0.4).sin(), 0.0, exact);
+    let bandwidth = found.fit.held_out.as_ref().map(|fit| fit.after.effort_bandwidth);
+    assert_eq!(names(&found), ["joint_cogging"], "{:?} {bandwidth:?}", found.verdict);
+    assert!((found.missing[0].parameters["period"].mean - 0.4).abs() < 1e-3);
+    assert!(bandwidth.is_some_and(|bandwidth| bandwidth > 4.0), "{bandwidth:?}");
 }
 
 #[test]

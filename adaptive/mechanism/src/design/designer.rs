@@ -60,7 +60,7 @@ impl JointDesigner {
         watch: &dyn Watch,
     ) -> Result<Self, MechanismError> {
         require_drives(&problem)?;
-        let searcher = Searcher { problem: &problem, without: &[], watch };
+        let searcher = Searcher::new(&problem, &[], watch);
         let mut models = vec![];
         for effects in explanations {
             let given = effects.iter().map(|(name, values)| given(&problem, name, values));

@@ -27,7 +27,7 @@ pub(super) const SPEC: Spec = Spec {
 
 fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
     let span = scales.span();
-    let finest = (4.0 * scales.velocity * scales.resolution).max(span / 200.0);
+    let finest = (2.0 * scales.velocity * scales.resolution).max(span / 200.0);
     let mut periods = vec![];
     let mut period = span / 1.5;
     // Neighbours differ by a quarter of a cycle over the range of positions.

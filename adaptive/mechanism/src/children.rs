@@ -1,0 +1,149 @@
+//! Models with one more effect than a model: a screen of all candidates, and fits of the best to their optimum.
+
+use crate::error::MechanismError;
+use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
+use crate::laws::JointKind;
+use crate::model::{Effect, Kind};
+use crate::others::Others;
+use crate::periodogram::best_periods;
+use crate::rows::{Scope, evaluate, noise_floor};
+use crate::search::{SCREENING_STEPS, Searcher};
+use crate::tried::Tried;
+use rayon::prelude::*;
+use trundle_diagnose::MIN_MATERIAL_ERROR_RATIO;
+use trundle_infer::on_all_cores;
+
+/// Candidates that are fitted to their optimum.
+const MAX_FITTED: usize = 6;
+/// Least gain of a candidate in the screen, nats.
+const MIN_SCREEN_GAIN_NATS: f64 = 3.0;
+impl Searcher<'_> {
+    /// Models with one more effect, fitted to their optimum, the best first.
+    pub fn children(&self, parent: &Tried, tried: &mut Vec<Tried>) -> Result<Vec<Tried>, MechanismError> {
+        let cost = parent.fit.cost(&self.times(parent));
+        if let Some(known) = self.memo.get(parent, cost) {
+            return Ok(known);
+        }
+        let found = self.children_where(parent, tried, &|_| true)?;
+        self.memo.insert(parent, cost, &found);
+        Ok(found)
+    }
+
+    /// Models with one more effect that `is_wanted`, fitted to their optimum, the best first. An effect is material only if the
+    /// residual of its joint is larger than the noise.
+    pub fn children_where(
+        &self,
+        parent: &Tried,
+        tried: &mut Vec<Tried>,
+        is_wanted: &dyn Fn(Kind) -> bool,
+    ) -> Result<Vec<Tried>, MechanismError> {
+        let is_larger = |j: usize| {
+            let square = parent.left_out.mean_square(j, parent.fit.sd[j]);
+            square >= MIN_MATERIAL_ERROR_RATIO * noise_floor(self.problem, j).powi(2)
+        };
+        let larger: Vec<bool> = (0..self.problem.joints.len()).map(is_larger).collect();
+        let may_be_material = |kind: Kind| match kind {
+            Kind::Joint(_, j) => larger[j],
+            _ => larger.contains(&true),
+        };
+        let is_wanted = |kind: Kind| may_be_material(kind) && is_wanted(kind);
+        self.children_above(parent, tried, &is_wanted, MIN_SCREEN_GAIN_NATS)
+    }
+
+    /// Fit all models with one more effect that may improve on a model, also those whose effect is immaterial.
+    pub fn try_further(&self, model: &Tried, tried: &mut Vec<Tried>) -> Result<(), MechanismError> {
+        self.children_above(model, tried, &|_| true, MIN_SCREEN_GAIN_NATS).map(|_| ())
+    }
+
+    /// Models with one more effect that `is_wanted`, and a gain in the screen of more than `least` nats.
+    pub fn children_above(
+        &self,
+        parent: &Tried,
+        tried: &mut Vec<Tried>,
+        is_wanted: &dyn Fn(Kind) -> bool,
+        least: f64,
+    ) -> Result<Vec<Tried>, MechanismError> {
+        let times = self.times(parent);
+        let Fit { effects, slots, values, sd, .. } = &parent.fit;
+        let others = Others::of(self.problem, effects, slots, values, sd);
+        let kinds: Vec<Kind> = Kind::candidates(self.problem)
+            .into_iter()
+            .filter(|kind| is_wanted(*kind) && self.is_offered(parent, *kind))
+            .collect();
+        let mut screened = on_all_cores(self.watch, |_| {
+            let screen = |kind: &Kind| self.screened(parent, *kind, &times, &others);
+            Ok::<_, MechanismError>(kinds.par_iter().filter_map(screen).collect::<Vec<(f64, Fit)>>())
+        })?;
+        screened.retain(|(gain, _)| *gain > least);
+        screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+        screened.truncate(MAX_FITTED);
+        let mut children = on_all_cores(self.watch, |_| {
+            let optimum = |(_, start): &(f64, Fit)| {
+                self.tried(fit(
+                    self.problem,
+                    &start.fitted_effects(),
+                    Some(start),
+                    Scope::Training,
+                    MAX_STEPS,
+                ))
+            };
+            Ok::<_, MechanismError>(screened.par_iter().map(optimum).collect::<Vec<Tried>>())
+        })?;
+        children.sort_by(|a, b| b.log_evidence(&times).total_cmp(&a.log_evidence(&times)));
+        tried.extend(children.iter().cloned());
+        Ok(children)
+    }
+
+    fn is_offered(&self, parent: &Tried, kind: Kind) -> bool {
+        let is_new = parent.fit.effects.iter().all(|e| e.kind != kind);
+        // Play and elasticity of one joint share the only compliance of its equation.
+        let conflicts = |other: Kind| match (kind, other) {
+            (Kind::Joint(a, j), Kind::Joint(b, k)) => j == k && is_compliance(a) && is_compliance(b),
+            _ => false,
+        };
+        is_new
+            && !self.without.iter().any(|name| name == kind.effect())
+            && !parent.fit.effects.iter().any(|e| conflicts(e.kind))
+    }
+
+    /// The gain in log evidence of the best start of a candidate after a few steps, and its values.
+    pub fn screened(&self, parent: &Tried, kind: Kind, times: &[f64], others: &Others) -> Option<(f64, Fit)> {
+        let scope = match kind {
+            Kind::Joint(_, joint) => Scope::Joint(joint),
+            Kind::EncoderOffset(joint) if self.problem.axis.is_some() => Scope::Joint(joint),
+            _ => Scope::Training,
+        };
+        let mut starts = kind.starts(self.problem);
+        if let (Scope::Joint(_), true) = (scope, kind.params().iter().any(|p| p.is_period)) {
+            let Fit { effects, slots, values, .. } = &parent.fit;
+            let rows = evaluate(self.problem, effects, slots, values, scope, false);
+            starts = best_periods(self.problem, &rows[0], &starts);
+        }
+        let samples: f64 = (0..times.len()).map(|j| parent.fit.samples[j] as f64 / times[j]).sum();
+        let one = |values: Vec<f64>| {
+            let mut effects = parent.fit.fitted_effects();
+            effects.push(Effect { kind, values });
+            let found =
+                fit_with(self.problem, &effects, Some(&parent.fit), scope, SCREENING_STEPS, Some(others));
+            let joints: Vec<usize> = match scope {
+                Scope::Joint(joint) => vec![joint],
+                _ => (0..times.len()).collect(),
+            };
+            let own = |j: &usize| {
+                parent.fit.samples[*j] as f64 / times[*j] * (parent.fit.sd[*j] / found.sd[*j]).ln()
+            };
+            let added = (found.slots.len() - parent.fit.slots.len()) as f64;
+            let lost = match scope {
+                Scope::Joint(joint) => others.cost(joint, &found.values) / times[joint],
+                _ => 0.0,
+            };
+            let gain = joints.iter().map(own).sum::<f64>() - lost - 0.5 * added * samples.max(1.0).ln();
+            (gain, found)
+        };
+        starts.into_iter().map(one).filter(|(gain, _)| gain.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+fn is_compliance(kind: JointKind) -> bool {
+    matches!(kind, JointKind::Backlash | JointKind::Elasticity)
+}
