@@ -90,12 +90,12 @@ def note_instrument(patch: Patch, effect: JointEffect) -> None:
 
 
 def delay_control(patch: Patch, effect: JointEffect, actuators: list[Any], delay: float) -> None:
-    """Delay the control of actuators; the buffer holds enough samples for the model's step."""
+    """Delay the control of actuators further; the buffer holds enough samples for the model's step."""
     if not actuators:
         return
     for actuator in actuators:
-        actuator.delay = delay
-        actuator.nsample = math.ceil(delay / patch.original.opt.timestep) + 1
+        actuator.delay += delay
+        actuator.nsample = math.ceil(actuator.delay / patch.original.opt.timestep) + 1
     patch.notes.append(
         f"{effect.name}: `nsample` fits the model's timestep; raise it if you shorten the step."
     )
