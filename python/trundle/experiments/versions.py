@@ -25,7 +25,8 @@ def of_package() -> str:
 def of_diagnosis() -> str:
     """Return the version of the code that a diagnosis depends on."""
     modules = (diagnosis, input_checks, findings, inspection, diagnose)
-    sources = code_version(*(Path(str(module.__file__)) for module in modules))
+    files = (Path(str(module.__file__)) for module in modules)
+    sources = code_version(*files, *(PACKAGE / name for name in ("joint_diagnosis", "mechanism")))
     return f"{_native._sources('diagnosis')}-{sources[:16]}"
 
 
