@@ -198,6 +198,10 @@ DRIVES: dict[str, tuple[list[JointEffect], Callable[[float], Floats]]] = {
         [effect("effort_delay", delay=-0.04)],
         lambda t: np.array([control(t)[0], control(t - 0.04)[1] if t >= 0.04 - 1e-9 else 0.0]),
     ),
+    "two delays": (
+        [effect("drive_delay", delay=0.025), effect("effort_delay", delay=-0.015)],
+        lambda t: np.array([control(t)[0], control(t - 0.04)[1] if t >= 0.04 - 1e-9 else 0.0]),
+    ),
     "lag": ([effect("drive_lag", time_constant=0.05)], lagged(0.05)),
     "saturation": ([effect("effort_saturation", limit=0.7)], elbow(lambda u: min(max(u, -0.7), 0.7))),
     "droop": (

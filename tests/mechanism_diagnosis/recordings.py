@@ -59,8 +59,14 @@ def log_of(model_text: str, seed: int, duration: float = DURATION) -> dict[str, 
 
 def arm_recording(friction: float) -> trundle.JointRecording:
     """Return a recording of an arm whose elbow has dry friction, N·m, that its model does not have."""
-    truth = ARM.format(shoulder="", elbow=f' frictionloss="{friction}"')
+    return recording_of(ARM.format(shoulder="", elbow=f' frictionloss="{friction}"'))
+
+
+def recording_of(truth: str, shoulder_offset: float = 0.0) -> trundle.JointRecording:
+    """Return a recording of an arm with the nominal model; the shoulder may have an offset, rad."""
     episodes = {f"e{seed}": log_of(truth, seed) for seed in range(4)}
+    for columns in episodes.values():
+        columns["q_shoulder"] = columns["q_shoulder"] + shoulder_offset
     metadata = {
         "format": "trundle-recording/2",
         "name": "arm",

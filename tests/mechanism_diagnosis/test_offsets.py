@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import trundle
-from tests.mechanism_diagnosis.recordings import NOMINAL, log_of
+from tests.mechanism_diagnosis.recordings import NOMINAL, recording_of
 
 OFFSET = 0.09
 TRUE_BODIES = {
@@ -19,18 +19,7 @@ def found() -> trundle.JointDiagnosis:
     truth = NOMINAL
     for given, true in TRUE_BODIES.items():
         truth = truth.replace(given, true)
-    episodes = {}
-    for seed in range(4):
-        episodes[f"e{seed}"] = log_of(truth, seed)
-        episodes[f"e{seed}"]["q_shoulder"] = episodes[f"e{seed}"]["q_shoulder"] + OFFSET
-    metadata = {
-        "format": "trundle-recording/2",
-        "name": "arm",
-        "mechanism": {"model": "robot.xml", "joints": ["shoulder", "elbow"]},
-        "effort": {"source": "measured"},
-        "split": {"held_out": ["e3"]},
-    }
-    return trundle.diagnose(trundle.JointRecording(metadata, episodes, {"robot.xml": NOMINAL.encode()}))
+    return trundle.diagnose(recording_of(truth, OFFSET))
 
 
 def test_an_offset_of_the_first_joint_is_tied_to_a_tilt_of_the_base(found: trundle.JointDiagnosis) -> None:

@@ -17,6 +17,7 @@ use trundle_infer::on_all_cores;
 const MAX_FITTED: usize = 6;
 /// Least gain of a candidate in the screen, nats.
 const MIN_SCREEN_GAIN_NATS: f64 = 3.0;
+
 impl Searcher<'_> {
     /// Models with one more effect, fitted to their optimum, the best first.
     pub fn children(&self, parent: &Tried, tried: &mut Vec<Tried>) -> Result<Vec<Tried>, MechanismError> {

@@ -28,6 +28,7 @@ pub(crate) fn needed(
             _ => {}
         }
     }
+    let masses = mass_changes(problem, slots, values);
     for effect in with_values(effects, slots, values) {
         match effect.kind {
             Kind::Payload(body) => {
@@ -46,8 +47,9 @@ pub(crate) fn needed(
             }
             Kind::Joint(..) => {}
         }
-        for (body, change) in mass_changes(problem, slots, values) {
-            add_with_mass(&mut sum, dynamics, (j, body), &effect, &shift(problem, &effect), change);
+        let shift = shift(problem, &effect);
+        for (body, change) in &masses {
+            add_with_mass(&mut sum, dynamics, (j, *body), &effect, &shift, *change);
         }
     }
     Needed { effort: sum, own_inertia: inertia }
@@ -77,8 +79,8 @@ pub(crate) fn slope(
         Role::Effect(index, param) => {
             let all = with_values(effects, slots, values);
             let effect = &all[index];
+            let slope = shift_slope(problem, effect, param);
             for (body, change) in mass_changes(problem, slots, values) {
-                let slope = shift_slope(problem, effect, param);
                 add_with_mass(&mut sum, dynamics, (j, body), effect, &slope, change);
             }
             match effect.kind {

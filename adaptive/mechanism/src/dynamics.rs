@@ -15,7 +15,7 @@ pub struct EpisodeDynamics {
     pub inertia_by_mass: Vec<Vec<Vec<f64>>>,
     /// Derivative of the effort by each component of gravity, world axes: by joint, then x, y, z.
     pub by_gravity: Vec<[Vec<f64>; 3]>,
-    /// Derivative of the last two together: by joint, then by body, then x, y, z.
+    /// Derivative of the effort by a body's mass and a component of gravity together: by joint, then by body, then x, y, z.
     pub by_mass_and_gravity: Vec<Vec<[Vec<f64>; 3]>>,
     /// Derivative of the effort by a point mass on a body, body axes: by joint, then by body, then by m, m·x, m·y, m·z,
     /// m·x², m·y², m·z², m·x·y, m·x·z, m·y·z.

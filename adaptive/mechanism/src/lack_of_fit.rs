@@ -187,3 +187,16 @@ fn autocorrelation(folds: &[Vec<f64>]) -> f64 {
     let variance = product(0);
     if variance > 0.0 { product(1) / variance } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::may_be_noise;
+
+    #[test]
+    fn small_misfits_must_be_explained_to_the_noise() {
+        // A large misfit needs no such proof; of one below twice the noise, half of the excess must go.
+        for (before, after, expected) in [(1.5, 1.4, true), (1.5, 1.1, false), (2.5, 2.4, false)] {
+            assert_eq!(may_be_noise([before, after], 1.0), expected, "{before} {after}");
+        }
+    }
+}

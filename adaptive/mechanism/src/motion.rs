@@ -10,7 +10,7 @@ use trundle_record::JointRecording;
 const MAX_GAP_SDS: f64 = 6.0;
 /// Range of a joint's positions, standard deviations of their noise, above which it moves (MECHANISM.md).
 const MIN_RANGE_SDS: f64 = 10.0;
-/// Least ratio of cut-off frequencies that is worth a second search.
+/// Least ratio of cut-off frequencies that is worth a second search: almost one step of their choice, 1.25.
 const MIN_FINER: f64 = 1.2;
 /// Fewest positions of a joint in an episode.
 const MIN_POSITIONS: usize = 20;

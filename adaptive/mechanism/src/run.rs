@@ -39,7 +39,7 @@ const MIN_EXPLANATION: f64 = 0.15;
 /// Diagnose a recording of joints.
 ///
 /// # Errors
-/// If there is too little motion, or the user interrupts.
+/// If efforts cannot be used, the dynamics do not fit, there is too little motion, or the user interrupts.
 pub fn diagnose_joints(
     recording: &JointRecording,
     motion: &Motion,
@@ -47,12 +47,12 @@ pub fn diagnose_joints(
     without: &[String],
     watch: &dyn Watch,
 ) -> Result<JointOutcome, MechanismError> {
-    let mut searched = searched(Problem::new(recording, motion, dynamics)?, without, watch)?;
+    let mut searched = search(Problem::new(recording, motion, dynamics)?, without, watch)?;
     // What remains may act faster than the motion: its higher frequencies are compared as well.
     if searched.is_lacking()
         && let Some(finer) = motion.finer()
     {
-        searched = self::searched(Problem::new(recording, &finer, dynamics)?, without, watch)?;
+        searched = search(Problem::new(recording, &finer, dynamics)?, without, watch)?;
     }
     let Searched { problem, mut found, before, after } = searched;
     let searcher = Searcher::new(&problem, without, watch);
@@ -79,7 +79,7 @@ struct Searched {
     after: Vec<LackOfFit>,
 }
 
-fn searched(problem: Problem, without: &[String], watch: &dyn Watch) -> Result<Searched, MechanismError> {
+fn search(problem: Problem, without: &[String], watch: &dyn Watch) -> Result<Searched, MechanismError> {
     require_samples(&problem)?;
     let mut found = Searcher::new(&problem, without, watch).run()?;
     let problem = match with_rest(&problem, &found.best.fit) {

@@ -76,7 +76,7 @@ impl<'a> Searcher<'a> {
         while best.fit.effects.len() < limit {
             self.watch.progress("missing effects", best.fit.effects.len() as f64 / limit as f64);
             let next = match self.extended(&best, &mut tried)? {
-                None => self.beside(&best, &mut tried)?,
+                None => self.paired(&best, &mut tried)?,
                 found => found,
             };
             let Some(next) = next else { break };
@@ -160,7 +160,7 @@ impl<'a> Searcher<'a> {
 
     /// A better model with two effects than the best one with one effect, from other single effects: a third effect may imitate
     /// both, and neither improves on it. With more effects, [`Self::exchanged`] does the same.
-    fn beside(&self, best: &Tried, tried: &mut Vec<Tried>) -> Result<Option<Tried>, MechanismError> {
+    fn paired(&self, best: &Tried, tried: &mut Vec<Tried>) -> Result<Option<Tried>, MechanismError> {
         if best.fit.effects.len() != 1 || self.misfitting(best).is_empty() {
             return Ok(None);
         }

@@ -27,6 +27,7 @@ pub(super) const SPEC: Spec = Spec {
 
 fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
     let span = scales.span();
+    // At the rms velocity the filter removes this period; at a third of it, 58 % of the amplitude remains.
     let finest = (2.0 * scales.velocity * scales.resolution).max(span / 200.0);
     let mut periods = vec![];
     let mut period = span / 1.5;
