@@ -75,10 +75,7 @@ impl<'a> Searcher<'a> {
         let limit = MAX_EFFECTS_PER_JOINT * self.problem.joints.len();
         while best.fit.effects.len() < limit {
             self.watch.progress("missing effects", best.fit.effects.len() as f64 / limit as f64);
-            let next = match self.extended(&best, &mut tried)? {
-                None => self.paired(&best, &mut tried)?,
-                found => found,
-            };
+            let next = self.extended(&best, &mut tried)?;
             let Some(next) = next else { break };
             best = self.exchanged(next, &mut tried)?;
         }
@@ -158,44 +155,6 @@ impl<'a> Searcher<'a> {
         Ok(None)
     }
 
-    /// A better model with two effects than the best one with one effect, from other single effects: a third effect may imitate
-    /// both, and neither improves on it. With more effects, [`Self::exchanged`] does the same.
-    fn paired(&self, best: &Tried, tried: &mut Vec<Tried>) -> Result<Option<Tried>, MechanismError> {
-        if best.fit.effects.len() != 1 || self.misfitting(best).is_empty() {
-            return Ok(None);
-        }
-        let times = self.times(best);
-        let mut parents: Vec<Tried> = vec![];
-        let mut all: Vec<Tried> =
-            tried.iter().filter(|other| other.fit.effects.len() == 1).cloned().collect();
-        all.sort_by(|a, b| b.log_evidence(&times).total_cmp(&a.log_evidence(&times)));
-        for other in all {
-            let is_known = |known: &Tried| known.kinds() == other.kinds();
-            if !is_known(best) && !parents.iter().any(is_known) && self.all_pass(&other, tried) {
-                parents.push(other);
-            }
-            if parents.len() == MAX_PARENTS {
-                break;
-            }
-        }
-        for parent in &parents {
-            for child in self.children(parent, tried)? {
-                let times = self.times(&child);
-                let is_better = child.log_evidence(&times) > best.log_evidence(&times);
-                if is_better && self.improves(parent, &child) && self.all_pass(&child, tried) {
-                    return Ok(Some(child));
-                }
-            }
-        }
-        Ok(None)
-    }
-
-    /// Joints with a lack of fit.
-    fn misfitting(&self, model: &Tried) -> Vec<usize> {
-        let exceeds_noise = |j: &usize| lack_of_fit(self.problem, model, *j).exceeds_noise;
-        (0..self.problem.joints.len()).filter(exceeds_noise).collect()
-    }
-
     /// The best models with one more effect at a joint with a lack of fit, also if none of them improves on the parent: one of two
     /// effects alone may leave a residual that is as correlated in time.
     fn masked(
@@ -204,7 +163,8 @@ impl<'a> Searcher<'a> {
         known: &[Tried],
         tried: &mut Vec<Tried>,
     ) -> Result<Vec<Tried>, MechanismError> {
-        let misfitting = self.misfitting(parent);
+        let exceeds_noise = |j: &usize| lack_of_fit(self.problem, parent, *j).exceeds_noise;
+        let misfitting: Vec<usize> = (0..self.problem.joints.len()).filter(exceeds_noise).collect();
         if misfitting.is_empty() {
             return Ok(vec![]);
         }
