@@ -2,15 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-/// Sources of a diagnosis, relative to this crate.
-const DIAGNOSIS_SOURCES: [&str; 6] = [
+/// Sources of a diagnosis of pushed objects, except [`JOINT_SOURCES`], relative to this crate.
+const PLANAR_SOURCES: [&str; 5] = [
     "../Cargo.lock",
     "../env/model/src",
     "../env/record/src",
     "../adaptive/infer/src",
     "../adaptive/diagnose/src",
-    "../adaptive/mechanism/src",
 ];
+
+/// Further sources of a diagnosis of joints.
+const JOINT_SOURCES: [&str; 2] = ["../env/record/src/joints", "../adaptive/mechanism/src"];
 
 /// Further sources of other results.
 const OTHER_SOURCES: [&str; 6] = [
@@ -27,18 +29,23 @@ const TEST_MODULE: &str = "mod tests {";
 
 fn main() -> std::io::Result<()> {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
-    add(&mut hash, &DIAGNOSIS_SOURCES)?;
-    println!("cargo::rustc-env=TRUNDLE_DIAGNOSIS_SOURCES={:016x}", hash.0);
-    add(&mut hash, &OTHER_SOURCES)?;
+    add(&mut hash, &PLANAR_SOURCES, &JOINT_SOURCES)?;
+    println!("cargo::rustc-env=TRUNDLE_PLANAR_SOURCES={:016x}", hash.0);
+    add(&mut hash, &JOINT_SOURCES, &[])?;
+    println!("cargo::rustc-env=TRUNDLE_JOINT_SOURCES={:016x}", hash.0);
+    add(&mut hash, &OTHER_SOURCES, &[])?;
     println!("cargo::rustc-env=TRUNDLE_ALL_SOURCES={:016x}", hash.0);
     Ok(())
 }
 
-/// Adds the code below some folders.
-fn add(hash: &mut Fnv, sources: &[&str]) -> std::io::Result<()> {
+/// Adds the code below some folders, except that below others.
+fn add(hash: &mut Fnv, sources: &[&str], except: &[&str]) -> std::io::Result<()> {
     for source in sources {
         println!("cargo::rerun-if-changed={source}");
         for file in files(Path::new(source))? {
+            if except.iter().any(|folder| file.starts_with(folder)) {
+                continue;
+            }
             hash.add(&file.to_string_lossy());
             std::fs::read_to_string(&file)?
                 .lines()

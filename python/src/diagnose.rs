@@ -28,10 +28,15 @@ fn _platt() -> [f64; 3] {
     trundle_diagnose::platt()
 }
 
-/// Version of the Rust sources, "all" or those that a "diagnosis" depends on: 16 hexadecimal digits, see `build.rs`.
+/// Version of the Rust sources, "all" or those that a diagnosis of pushed objects ("planar") or of "joints" depends on:
+/// 16 hexadecimal digits, see `build.rs`.
 #[pyfunction]
 fn _sources(which: &str) -> &'static str {
-    if which == "diagnosis" { env!("TRUNDLE_DIAGNOSIS_SOURCES") } else { env!("TRUNDLE_ALL_SOURCES") }
+    match which {
+        "planar" => env!("TRUNDLE_PLANAR_SOURCES"),
+        "joints" => env!("TRUNDLE_JOINT_SOURCES"),
+        _ => env!("TRUNDLE_ALL_SOURCES"),
+    }
 }
 
 /// The result of a diagnosis.

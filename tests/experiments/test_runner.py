@@ -9,14 +9,17 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, Literal
 
 import pytest
 
-from trundle import TrundleError
+from trundle import TrundleError, _native
+from trundle.experiments import versions
 from trundle.experiments.backends import Local
+from trundle.experiments.blind.benchmark import code_versions
 from trundle.experiments.runner import Runner, Unit
-from trundle.experiments.versions import code_version, of_module
+from trundle.experiments.versions import code_version, of_diagnosis, of_module
 
 
 def square(number: int, log: Path) -> dict[str, Any]:
@@ -161,3 +164,28 @@ def test_the_version_of_code_ignores_comments_only(tmp_path: Path) -> None:
 def test_the_version_of_a_module_includes_what_it_imports() -> None:
     assert of_module("blind/case") == of_module("blind/case") != of_module("blind/wide/generator")
     assert of_module("blind/tables") != of_module("blind/score")
+
+
+def test_the_diagnosis_of_pushed_objects_does_not_depend_on_that_of_joints(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(versions, "PACKAGE", tmp_path)
+    source = tmp_path / "joint_diagnosis" / "engine.py"
+    source.parent.mkdir()
+    (tmp_path / "mechanism").mkdir()
+    source.write_text("STEPS = 1\n")
+    before = of_diagnosis("planar"), of_diagnosis("joints")
+    source.write_text("STEPS = 2\n")
+    after = of_diagnosis("planar"), of_diagnosis("joints")
+    assert after[0] == before[0] and after[1] != before[1]
+    assert _native._sources("planar") != _native._sources("joints") != _native._sources("all")
+
+
+@pytest.mark.parametrize(
+    ("generator", "kind"), [("furniture", "planar"), ("wide", "planar"), ("mechanism", "joints")]
+)
+def test_a_benchmark_states_the_version_of_its_own_diagnosis(
+    generator: str, kind: Literal["planar", "joints"]
+) -> None:
+    settings: Any = SimpleNamespace(generator=generator)
+    assert code_versions(settings)["diagnosis"] == of_diagnosis(kind)

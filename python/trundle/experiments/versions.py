@@ -7,6 +7,7 @@ import functools
 import hashlib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Literal
 
 import trundle
 from trundle import _native, diagnosis, findings, input_checks, inspection
@@ -22,12 +23,13 @@ def of_package() -> str:
     return f"{_native._sources('all')}-{code_version(PACKAGE)[:16]}"
 
 
-def of_diagnosis() -> str:
-    """Return the version of the code that a diagnosis depends on."""
+def of_diagnosis(kind: Literal["planar", "joints"]) -> str:
+    """Return the version of the code that a diagnosis of pushed objects or of joints depends on."""
     modules = (diagnosis, input_checks, findings, inspection, diagnose)
-    files = (Path(str(module.__file__)) for module in modules)
-    sources = code_version(*files, *(PACKAGE / name for name in ("joint_diagnosis", "mechanism")))
-    return f"{_native._sources('diagnosis')}-{sources[:16]}"
+    sources = [Path(str(module.__file__)) for module in modules]
+    if kind == "joints":
+        sources += [PACKAGE / name for name in ("joint_diagnosis", "mechanism")]
+    return f"{_native._sources(kind)}-{code_version(*sources)[:16]}"
 
 
 def of_module(name: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import trundle
 from trundle.experiments import versions
@@ -67,7 +67,8 @@ class Benchmark:
 def code_versions(settings: Settings) -> dict[str, str]:
     """Return the versions of the generator and of the diagnosis, including the native code."""
     generator = versions.of_module(f"blind/{settings.generator}/generator")
-    return {"generator": generator, "diagnosis": versions.of_diagnosis()}
+    kind: Literal["planar", "joints"] = "joints" if settings.generator == "mechanism" else "planar"
+    return {"generator": generator, "diagnosis": versions.of_diagnosis(kind)}
 
 
 def run_benchmark(
