@@ -134,13 +134,18 @@ impl<T: Real> JointModel<T> {
         setup.largest_command * self.gain_of(series).re().abs()
     }
 
+    /// True effort for a recorded one.
+    fn corrected(&self, series: &Series, command: T) -> T {
+        self.laws.iter().fold(command * self.gain_of(series), |effort, law| law.correct(effort))
+    }
+
     /// Effort of the drive for a command at position `q` and velocity `v`; `on` is whether it is switched on.
     pub fn drive_effort(&self, setup: &JointSetup, series: &Series, command: T, [q, v, on]: [f64; 3]) -> T {
         let gain = self.gain_of(series);
         let largest = self.largest_effort(setup, series);
         let mut effort = match setup.drive {
             Drive::None => return T::zero(),
-            Drive::Effort(_) => self.laws.iter().fold(command * gain, |effort, law| law.correct(effort)),
+            Drive::Effort(_) => self.corrected(series, command),
             Drive::Target => {
                 let damping =
                     series.drive_damping.map(T::lift).or(self.drive_damping).unwrap_or_else(T::zero);
@@ -192,11 +197,11 @@ impl<T: Real> JointModel<T> {
             })
             .collect();
         let clipped = self.laws.iter().any(Law::clips).then(|| {
-            let wanted = |k: usize| {
-                let position = if setup.drive == Drive::Target { series.raw[k] } else { 0.0 };
-                self.gain_of(series).re() * (commands[k].re() - position) * series.on[k]
+            let wanted = |k: usize| match setup.drive {
+                Drive::Target => self.gain_of(series) * (commands[k] - series.raw[k]),
+                _ => self.corrected(series, commands[k]),
             };
-            delivered_share(&wanted, &raw)
+            delivered_share(&|k| wanted(k) * series.on[k], &raw)
         });
         let is_slow = self.laws.iter().filter_map(Law::lag).any(|lag| lag.re() > 0.0);
         let passed = (is_driven && is_slow).then(|| passed_share(&series.command, &commands));
@@ -220,7 +225,7 @@ impl<T: Real> JointModel<T> {
         let loose = self.loose(&series.q, on_drive, drive.as_deref(), &external, &own_inertia, episode.dt);
         let bridged = drive.as_ref().zip(loose.as_ref()).filter(|_| !on_drive).map(|(drive, loose)| {
             let sum: Vec<T> = drive.iter().zip(loose).map(|(drive, loose)| *drive + *loose).collect();
-            delivered_share(&|k| drive[k].re(), &sum)
+            delivered_share(&|k| drive[k], &sum)
         });
         let filtered = self.noise_share(problem, on_drive, &own_inertia, series.q.len());
         let heavier = episode.dynamics.as_ref().filter(|_| self.is_passive).and_then(|given| {
@@ -230,10 +235,13 @@ impl<T: Real> JointModel<T> {
         let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
         let (mut per_effort, mut friction) = (vec![0.0; series.q.len()], vec![0.0; series.q.len()]);
-        // With a free gain, residuals are compared in units of the reading: no gain makes them smaller.
-        let gain = self
+        // Residuals are compared in units of the reading: no gain makes them smaller.
+        let mut gain = self
             .gain
             .map_or_else(|| T::lift(1.0), |gain| at_least_small(magnitude(gain / setup.reference_gain)));
+        for reading in self.laws.iter().filter_map(Law::reading_gain) {
+            gain = gain / reading;
+        }
         let shares = clipped.into_iter().chain(passed).chain(bridged).chain(filtered).chain(heavier);
         let size = shares.fold(gain, |size, share| size * share).recip();
         let one = |k: usize| {

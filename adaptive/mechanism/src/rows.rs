@@ -279,4 +279,4 @@ pub(crate) fn normal_equations(
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -24,9 +24,10 @@ pub(crate) fn inertia_share<T: Real>(
 
 /// Share of the changes of a drive's effort that is delivered: the slope of a regression. Residuals are divided by it, or a
 /// low limit or a wide play would make all efforts small.
-pub(crate) fn delivered_share<T: Real>(wanted: &dyn Fn(usize) -> f64, delivered: &[T]) -> T {
-    let mean = (0..delivered.len()).map(wanted).sum::<f64>() / delivered.len().max(1) as f64;
-    let (mut product, mut square) = (T::zero(), f64::MIN_POSITIVE);
+pub(crate) fn delivered_share<T: Real>(wanted: &dyn Fn(usize) -> T, delivered: &[T]) -> T {
+    let mut mean = T::zero();
+    (0..delivered.len()).for_each(|k| mean += wanted(k) / delivered.len() as f64);
+    let (mut product, mut square) = (T::zero(), T::lift(f64::MIN_POSITIVE));
     for (k, effort) in delivered.iter().enumerate() {
         let change = wanted(k) - mean;
         product += *effort * change;

@@ -1,6 +1,6 @@
 //! Wrong gain of the effort: reading = gain · truth.
 
-use super::law::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec, positive, take};
+use super::law::{Applies, JointLaw, JointScales, ParamSpec, Scale, Spec, positive, take};
 use crate::units::Unit;
 use trundle_model::Real;
 
@@ -36,7 +36,7 @@ impl<T: Real> JointLaw<T> for Law<T> {
         reading / self.gain
     }
 
-    fn response(&self, _at: &JointSample<T>, _largest: f64) -> Option<T> {
-        Some(self.gain.recip())
+    fn reading_gain(&self) -> Option<T> {
+        Some(self.gain)
     }
 }

@@ -83,8 +83,14 @@ pub trait JointLaw<T: Real>: Sized {
         reading
     }
 
-    /// Change of the equation by a change of the recorded effort, where it is not one. Residuals are divided by it: they
-    /// are errors of the reading. Otherwise a law could reduce all residuals by weakening the drive.
+    /// Gain of the reading, whatever the motion. Residuals are multiplied by it: they are errors of the reading. A gain
+    /// below one would otherwise be charged for the larger errors of the motion in units of effort.
+    fn reading_gain(&self) -> Option<T> {
+        None
+    }
+
+    /// Change of the equation by a change of the drive's effort, where it is less than one. Residuals are divided by it.
+    /// Otherwise a law could reduce all residuals by weakening the drive.
     fn response(&self, _at: &JointSample<T>, _largest: f64) -> Option<T> {
         None
     }

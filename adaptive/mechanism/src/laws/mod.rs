@@ -66,6 +66,9 @@ macro_rules! catalogue {
             pub fn correct(&self, reading: T) -> T {
                 match self { $(Self::$kind(law) => law.correct(reading)),* }
             }
+            pub fn reading_gain(&self) -> Option<T> {
+                match self { $(Self::$kind(law) => law.reading_gain()),* }
+            }
             pub fn response(&self, at: &JointSample<T>, largest: f64) -> Option<T> {
                 match self { $(Self::$kind(law) => law.response(at, largest)),* }
             }

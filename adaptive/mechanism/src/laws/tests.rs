@@ -27,6 +27,7 @@ fn outputs<T: Real>(kind: JointKind, values: &[T]) -> Vec<T> {
     let others = [
         law.delay(),
         law.lag(),
+        law.reading_gain(),
         law.response(&at, 4.0),
         compliance.map(|c| c.stiffness),
         compliance.and_then(|c| c.damping),

@@ -10,7 +10,7 @@ use trundle_record::{Episode, JointMetadata, JointRecording};
 const MASS: f64 = 2.0;
 
 /// A carriage whose encoder is on either side of a transmission, with the effort of its drive over time, if it has one.
-fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
+pub(crate) fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
     let text = format!(
         "format = \"trundle-recording/2\"\nname = \"axis\"\n[mechanism]\nmodel = \"robot.xml\"\n\
          joints = [\"x\"]\n[encoder]\nside = \"{side}\"\n"
@@ -68,6 +68,9 @@ fn derivatives_are_those_of_the_residual() {
         (law(JointKind::LoadFriction), "joint", Some(effort), vec![0.3]),
         (law(JointKind::Elasticity), "joint", Some(effort), vec![900.0, 3.0]),
         (law(JointKind::Elasticity), "drive", Some(effort), vec![900.0, 3.0]),
+        (law(JointKind::EffortGain), "joint", Some(effort), vec![0.7]),
+        (law(JointKind::EffortSaturation), "joint", Some(effort), vec![6.0]),
+        (law(JointKind::Backlash), "joint", Some(effort), vec![0.004]),
         (law(JointKind::ViscousFriction), "joint", Some(effort), vec![0.7]),
         (law(JointKind::ViscousFriction), "joint", None, vec![0.7]),
         (Kind::BaseTilt, "joint", Some(effort), vec![0.2, -0.3]),
@@ -75,7 +78,10 @@ fn derivatives_are_those_of_the_residual() {
     ];
     for (kind, side, effort, values) in cases {
         let problem = carriage(side, effort);
-        let effects = [Effect { kind, values }];
+        let mut effects = vec![Effect { kind, values }];
+        if kind == law(JointKind::EffortSaturation) {
+            effects.push(Effect { kind: law(JointKind::EffortGain), values: vec![0.7] });
+        }
         let slots = slots(&problem, &effects);
         // Another mass than the model's: its own inertia is not the given one. Delays of whole samples have no derivative
         // at the ends of an episode.
@@ -121,6 +127,32 @@ fn small_inertias_do_not_make_the_residual_of_a_passive_joint_small() {
     };
     let (full, small) = (residual(1.0), residual(0.01));
     assert!((&full - &small).amax() < 1e-9 * full.amax(), "{} {}", full.amax(), small.amax());
+}
+
+/// Residuals of a carriage with laws of its drive.
+fn residual_with(laws: &[(JointKind, f64)]) -> nalgebra::DVector<f64> {
+    let problem = carriage("joint", Some(|t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t + 0.1).cos()));
+    let effect = |(kind, value): &(JointKind, f64)| Effect { kind: Kind::Joint(*kind, 0), values: vec![*value] };
+    let effects: Vec<Effect> = laws.iter().map(effect).collect();
+    let slots = slots(&problem, &effects);
+    let values: Vec<f64> = slots.iter().map(|slot| slot.start).collect();
+    evaluate(&problem, &effects, &slots, &values, Scope::Training, false).swap_remove(0).residual
+}
+
+#[test]
+fn residuals_are_errors_of_the_reading_for_every_gain() {
+    // The reading less the gain times the needed effort.
+    let [half, one, two] = [0.5, 1.0, 2.0].map(|gain| residual_with(&[(JointKind::EffortGain, gain)]));
+    let needed = &one - &two;
+    assert!((&one - residual_with(&[])).amax() < 1e-9 * needed.amax());
+    assert!((half - &one - &needed * 0.5).amax() < 1e-9 * needed.amax());
+}
+
+#[test]
+fn a_small_gain_does_not_hide_what_a_limit_removes() {
+    let nominal = residual_with(&[]).norm();
+    let laws = [(JointKind::EffortGain, 0.05), (JointKind::EffortSaturation, 4.0)];
+    assert!(residual_with(&laws).norm() > nominal, "{} {nominal}", residual_with(&laws).norm());
 }
 
 #[test]
