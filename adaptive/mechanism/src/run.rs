@@ -200,6 +200,7 @@ fn answer(
             Some(j) => (1.0 - left(j)).min(explained(problem, found, j) / CERTAIN_EXPLANATION),
             None => 1.0 - (0..times.len()).map(left).fold(0.0, f64::max),
         };
+        let most = most.min(support.share());
         let explains = rise(problem, &simpler.fit, &best.fit);
         missing.push(reported(problem, &best.fit, &spread, k, calibrated(chance).min(most), explains));
     }

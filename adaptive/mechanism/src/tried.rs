@@ -5,6 +5,10 @@ use crate::fit::Fit;
 use crate::model::Kind;
 use trundle_diagnose::{MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO};
 
+/// Ratio of the errors without and with an effect from which it is certain: that of a material effect in the benchmark. An
+/// effect that lowers them less may only correct the form of another one.
+const CERTAIN_ERROR_RATIO: f64 = 2.0;
+
 /// A fitted model with its predictions of left-out parts.
 #[derive(Clone, Debug)]
 pub(crate) struct Tried {
@@ -52,6 +56,11 @@ impl Support {
     pub fn passes(self) -> bool {
         self.is_certain() && self.is_material() && !self.may_be_noise
     }
+
+    /// Rise of the errors without the effect, as a share of that of a certain one.
+    pub fn share(self) -> f64 {
+        ((self.error_ratio.sqrt() - 1.0) / (CERTAIN_ERROR_RATIO - 1.0)).clamp(0.0, 1.0)
+    }
 }
 
 /// Result of the search.
@@ -62,4 +71,17 @@ pub(crate) struct Found {
     pub support: Vec<Support>,
     /// All models that were fitted to their optimum.
     pub tried: Vec<Tried>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Support;
+
+    #[test]
+    fn effects_without_which_errors_double_are_certain() {
+        for (errors, share) in [(1.0, 0.0), (1.5, 0.5), (2.0, 1.0), (9.0, 1.0)] {
+            let support = Support { probability: 1.0, error_ratio: errors * errors, may_be_noise: false };
+            assert!((support.share() - share).abs() < 1e-12, "{errors}: {}", support.share());
+        }
+    }
 }
