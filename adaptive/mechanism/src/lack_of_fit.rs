@@ -110,8 +110,12 @@ pub(crate) fn explanation([before, after]: [f64; 2], floor: f64) -> f64 {
 /// Whether a reduction of a misfit may be one of noise: the misfit is within the uncertainty of the noise, and a good part of
 /// it remains.
 pub(crate) fn may_be_noise([before, after]: [f64; 2], floor: f64) -> bool {
-    before * before < NOISE_MARGIN * floor * floor
-        && explanation([before, after], floor) < CERTAIN_EXPLANATION
+    !exceeds_noise(before, floor) && explanation([before, after], floor) < CERTAIN_EXPLANATION
+}
+
+/// Whether a misfit exceeds the uncertainty of the noise.
+pub(crate) fn exceeds_noise(misfit: f64, floor: f64) -> bool {
+    misfit * misfit >= NOISE_MARGIN * floor * floor
 }
 
 /// State of a joint in units of its scales.

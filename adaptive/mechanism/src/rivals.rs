@@ -3,16 +3,22 @@
 use crate::answer::JointAlternative;
 use crate::model::{Kind, label, place};
 use crate::problem::Problem;
+use crate::search::Searcher;
 use crate::tried::{Found, Tried};
 use trundle_diagnose::MAX_TIE_DIFFERENCE_NATS;
 
 /// Least probability of an alternative that is reported.
 const MIN_ALTERNATIVE_PROBABILITY: f64 = 0.005;
 
-/// Posterior weight of every tried model that has as many effects as the best one, at least.
-pub(crate) fn weights(found: &Found, times: &[f64]) -> Vec<f64> {
-    let logs: Vec<f64> = found.tried.iter().map(|tried| tried.log_evidence(times)).collect();
-    let best = logs.iter().copied().fold(found.best.log_evidence(times), f64::max);
+/// Posterior weight of every tried model. Models that are as wrong as the best one are as probable.
+pub(crate) fn weights(searcher: &Searcher<'_>, found: &Found, times: &[f64]) -> Vec<f64> {
+    let least = found.best.log_evidence(times);
+    let log = |tried: &Tried| match searcher.is_as_wrong(&found.best, tried) {
+        true => tried.log_evidence(times).max(least),
+        false => tried.log_evidence(times),
+    };
+    let logs: Vec<f64> = found.tried.iter().map(log).collect();
+    let best = logs.iter().copied().fold(least, f64::max);
     let raw: Vec<f64> = logs.iter().map(|log| (log - best).exp()).collect();
     let total: f64 = raw.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     raw.iter().map(|weight| weight / total).collect()
@@ -91,4 +97,37 @@ pub(crate) fn alternatives(problem: &Problem, found: &Found, weights: &[f64]) ->
     }
     all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cross_validation::LeftOut;
+    use crate::fit::fit;
+    use crate::laws::JointKind;
+    use crate::model::{Effect, Kind};
+    use crate::rows::{Scope, noise_floor, tests::carriage};
+    use crate::search::Searcher;
+    use crate::tried::Tried;
+    use trundle_infer::Quiet;
+
+    #[test]
+    fn rivals_are_as_wrong_if_the_errors_exceed_the_noise_and_are_alike() {
+        let problem = carriage("joint", Some(|t| -4.0 * (3.0 * t).sin()));
+        let searcher = Searcher::new(&problem, &[], &Quiet);
+        // A model with one effect, and left-out errors of a multiple of the noise.
+        let tried = |kind: JointKind, noises: f64| -> Tried {
+            let effects = [Effect { kind: Kind::Joint(kind, 0), values: vec![0.1] }];
+            let mut found = searcher.tried(fit(&problem, &effects, None, Scope::Training, 0));
+            let size = noises * noise_floor(&problem, 0);
+            found.fit.sd[0] = size;
+            found.left_out = LeftOut { residuals: vec![vec![vec![size; 20]]] };
+            found
+        };
+        let (one, other) = (JointKind::ViscousFriction, JointKind::AirDrag);
+        for (best, rival, expected) in [(5.0, 5.5, true), (5.0, 5.7, false), (5.0, 1.0, true), (1.9, 1.9, false)] {
+            let found = searcher.is_as_wrong(&tried(one, best), &tried(other, rival));
+            assert_eq!(found, expected, "{best} {rival}");
+        }
+        assert!(!searcher.is_as_wrong(&tried(one, 5.0), &tried(one, 5.0)));
+    }
 }

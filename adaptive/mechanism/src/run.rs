@@ -181,8 +181,8 @@ fn answer(
     let best = found.best.clone();
     let immaterial = immaterial(problem, searcher, found, &best);
     let bound = best.log_evidence(&times) - 2.0 * MAX_TIE_DIFFERENCE_NATS;
-    found.tried = searcher.supported(&mut found.tried, &times, bound);
-    let weights = weights(found, &times);
+    found.tried = searcher.supported(&best, &mut found.tried, &times, bound);
+    let weights = weights(searcher, found, &times);
     let spread = intervals(problem, &best.fit, &times);
     let mut missing: Vec<JointEffect> = vec![];
     for k in 0..best.fit.effects.len() {

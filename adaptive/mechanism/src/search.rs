@@ -6,7 +6,7 @@ use crate::error::MechanismError;
 use crate::figures::figures;
 use crate::fit::{Fit, MAX_STEPS, fit};
 use crate::intervals::are_defined;
-use crate::lack_of_fit::{lack_of_fit, may_be_noise};
+use crate::lack_of_fit::{exceeds_noise, lack_of_fit, may_be_noise};
 use crate::memo::Memo;
 use crate::model::{Effect, Kind};
 use crate::others::Others;
@@ -245,11 +245,25 @@ impl<'a> Searcher<'a> {
     }
 
     /// Models that the data support: the nominal one, and those whose effects all pass the tests. Models with less evidence
-    /// than `bound` are not tested.
-    pub fn supported(&self, tried: &mut Vec<Tried>, times: &[f64], bound: f64) -> Vec<Tried> {
+    /// than `bound` are not tested, unless they are as wrong as the best one.
+    pub fn supported(&self, best: &Tried, tried: &mut Vec<Tried>, times: &[f64], bound: f64) -> Vec<Tried> {
         let all = tried.clone();
-        let keeps = |model: &&Tried| model.log_evidence(times) < bound || self.all_pass(model, tried);
-        all.iter().filter(keeps).cloned().collect()
+        let is_rival = |model: &Tried| model.log_evidence(times) >= bound || self.is_as_wrong(best, model);
+        all.iter().filter(|model| !is_rival(model) || self.all_pass(model, tried)).cloned().collect()
+    }
+
+    /// Whether a model with as many other effects predicts left-out parts about as badly as the best one: the errors of the best
+    /// one exceed the noise, and those of the other are not larger by a material share. The likelihood of such models tells how
+    /// well a wrong law imitates the residual, and nothing about the cause.
+    pub fn is_as_wrong(&self, best: &Tried, other: &Tried) -> bool {
+        let square = |tried: &Tried, j: usize| tried.left_out.mean_square(j, tried.fit.sd[j]);
+        let are_alike = |&j: &usize| {
+            exceeds_noise(square(best, j).sqrt(), noise_floor(self.problem, j))
+                && square(other, j) < MIN_MATERIAL_ERROR_RATIO * square(best, j)
+        };
+        other.fit.effects.len() == best.fit.effects.len()
+            && other.kinds() != best.kinds()
+            && self.affected(other, best).iter().all(are_alike)
     }
 
     pub fn all_pass(&self, model: &Tried, tried: &mut Vec<Tried>) -> bool {
