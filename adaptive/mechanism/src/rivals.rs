@@ -124,7 +124,9 @@ mod tests {
             found
         };
         let (one, other) = (JointKind::ViscousFriction, JointKind::AirDrag);
-        for (best, rival, expected) in [(5.0, 5.5, true), (5.0, 5.7, false), (5.0, 1.0, true), (1.9, 1.9, false)] {
+        for (best, rival, expected) in
+            [(5.0, 5.5, true), (5.0, 5.7, false), (5.0, 1.0, true), (1.9, 1.9, false)]
+        {
             let found = searcher.is_as_wrong(&tried(one, best), &tried(other, rival));
             assert_eq!(found, expected, "{best} {rival}");
         }

@@ -132,7 +132,8 @@ fn small_inertias_do_not_make_the_residual_of_a_passive_joint_small() {
 /// Residuals of a carriage with laws of its drive.
 fn residual_with(laws: &[(JointKind, f64)]) -> nalgebra::DVector<f64> {
     let problem = carriage("joint", Some(|t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t + 0.1).cos()));
-    let effect = |(kind, value): &(JointKind, f64)| Effect { kind: Kind::Joint(*kind, 0), values: vec![*value] };
+    let effect =
+        |(kind, value): &(JointKind, f64)| Effect { kind: Kind::Joint(*kind, 0), values: vec![*value] };
     let effects: Vec<Effect> = laws.iter().map(effect).collect();
     let slots = slots(&problem, &effects);
     let values: Vec<f64> = slots.iter().map(|slot| slot.start).collect();
