@@ -6,7 +6,7 @@ use crate::drive::Drive;
 use crate::dynamics::{AxisLoad, Needed};
 use crate::laws::{JointSample, Law, law_terms, magnitude};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
-use crate::play::{Side, unseen_side};
+use crate::play::{Side, SideMotion, unseen_side};
 use crate::problem::{EpisodeData, JointSetup, Problem};
 use crate::series::Series;
 use crate::shares::{at_least_small, delivered_share, inertia_share, passed_share};
@@ -222,7 +222,29 @@ impl<T: Real> JointModel<T> {
             _ => needed[k] - known[k],
         };
         let elastic = self.elastic(series.q.len(), on_drive, &rigid, &own_inertia, episode.dt);
-        let loose = self.loose(&series.q, on_drive, drive.as_deref(), &external, &own_inertia, episode.dt);
+        let [_, _, loss] = problem.of_model[j];
+        let sample = |k: usize| JointSample {
+            q: series.q[k],
+            v: series.v[k],
+            a: series.a[k],
+            drive: drive.as_ref().map(|drive| drive[k]),
+            external: external(k),
+            load: series.load.as_ref().map(|load| load[k]),
+        };
+        let dry_friction = |at: &JointSample<T>| -> T {
+            self.laws.iter().fold(T::lift(loss), |level, law| level + law.dry_friction(at))
+        };
+        let side = |k: usize| match on_drive {
+            true => {
+                Side { effort: external(k), inertia: own_inertia(k), damping: T::zero(), friction: T::zero() }
+            }
+            false => {
+                let at = sample(k);
+                let (inertia, damping, friction) = (self.armature, self.damping, dry_friction(&at));
+                Side { effort: at.drive.unwrap_or_else(T::zero), inertia, damping, friction }
+            }
+        };
+        let loose = self.loose(&series.q, on_drive, &side, episode.dt);
         let bridged = drive.as_ref().zip(loose.as_ref()).filter(|_| !on_drive).map(|(drive, loose)| {
             let sum: Vec<T> = drive.iter().zip(loose).map(|(drive, loose)| *drive + *loose).collect();
             delivered_share(&|k| drive[k], &sum)
@@ -232,7 +254,6 @@ impl<T: Real> JointModel<T> {
             inertia_share((&own_inertia, self.armature), (&given.own_inertia[j], problem.of_model[j][0]))
         });
         let compliant = elastic.or(loose);
-        let [_, _, loss] = problem.of_model[j];
         let largest = self.largest_effort(setup, series);
         let (mut per_effort, mut friction) = (vec![0.0; series.q.len()], vec![0.0; series.q.len()]);
         // Residuals are compared in units of the reading: no gain makes them smaller.
@@ -245,23 +266,20 @@ impl<T: Real> JointModel<T> {
         let shares = clipped.into_iter().chain(passed).chain(bridged).chain(filtered).chain(heavier);
         let size = shares.fold(gain, |size, share| size * share).recip();
         let one = |k: usize| {
-            let (q, v, a) = (series.q[k], series.v[k], series.a[k]);
-            let external = external(k);
-            let load = series.load.as_ref().map(|load| load[k]);
-            let at = JointSample { q, v, a, drive: drive.as_ref().map(|drive| drive[k]), external, load };
+            let at = sample(k);
+            let (v, a) = (at.v, at.a);
             let mut net = at.drive.unwrap_or_else(T::zero) + known[k] - needed[k] - self.armature * a;
             net -= (self.damping + self.back_emf * series.on[k]) * v;
             if let Some(compliant) = &compliant {
                 net += compliant[k];
             }
-            let mut level = T::lift(loss);
+            let level = dry_friction(&at);
             let mut response = T::lift(1.0);
             for law in &self.laws {
                 if let Some(factor) = law.response(&at, largest) {
                     response = response * factor;
                 }
                 net += law.effort(&at);
-                level += law.dry_friction(&at);
             }
             friction[k] = level.re().abs();
             let direction = if v.abs() >= setup.rest_speed { v } else { net.re() };
@@ -322,35 +340,30 @@ impl<T: Real> JointModel<T> {
     }
 
     /// Effort by which a play between drive and joint changes the equation; `None` without one. `seen` are the positions of
-    /// the measured side, `effort` is that of the drive, `external` that of the surroundings on the links.
+    /// the measured side; `side` is the other one.
     fn loose(
         &self,
         seen: &[f64],
         encoder_on_drive: bool,
-        effort: Option<&[T]>,
-        external: &dyn Fn(usize) -> T,
-        own_inertia: &dyn Fn(usize) -> T,
+        side: &dyn Fn(usize) -> Side<T>,
         dt: f64,
     ) -> Option<Vec<T>> {
         let gap = self.laws.iter().find_map(Law::gap)?;
-        let side = |k: usize| {
-            if encoder_on_drive {
-                return Side { effort: external(k), inertia: own_inertia(k), damping: T::zero() };
-            }
-            let effort = effort.map_or_else(T::zero, |effort| effort[k]);
-            Side { effort, inertia: self.armature, damping: self.damping }
-        };
-        let unseen = unseen_side(seen, gap, dt, &side);
-        let one = |k: usize| {
-            let [a, v] = unseen[k];
+        let unseen = unseen_side(seen, gap, dt, side);
+        let one = |(k, motion): (usize, &SideMotion<T>)| {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(unseen.len() - 1));
             let curvature = (seen[after] - 2.0 * seen[k] + seen[before]) / (dt * dt);
+            let velocity = slope(seen, k, dt);
+            let Side { inertia, damping, friction, .. } = side(k);
+            let change = inertia * (-motion.acceleration + curvature);
             if encoder_on_drive {
-                return (-a + curvature) * own_inertia(k);
+                return change;
             }
-            self.armature * (-a + curvature) + self.damping * (-v + slope(seen, k, dt))
+            // While it moves freely, dry friction opposes the velocity of the drive, not that of the joint.
+            let other = motion.friction.map_or_else(T::zero, |own| friction * velocity.signum() - own);
+            change + damping * (-motion.velocity + velocity) + other
         };
-        Some((0..unseen.len()).map(one).collect())
+        Some(unseen.iter().enumerate().map(one).collect())
     }
 }
 

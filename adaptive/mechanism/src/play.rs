@@ -1,5 +1,6 @@
 //! Motion of that side of a play whose position is not measured.
 
+use crate::laws::magnitude;
 use trundle_model::Real;
 
 /// What moves the side, and how it resists.
@@ -11,41 +12,62 @@ pub(crate) struct Side<T> {
     pub inertia: T,
     /// Its damping.
     pub damping: T,
+    /// Level of dry friction on it.
+    pub friction: T,
 }
 
-/// Acceleration and velocity of the side that is not measured.
+/// Motion of a side at one time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SideMotion<T> {
+    pub acceleration: T,
+    pub velocity: T,
+    /// Effort of dry friction, positive against a positive velocity; `None` while it moves with the measured side.
+    pub friction: Option<T>,
+}
+
+/// Motion of the side that is not measured.
 ///
 /// It moves freely until it meets the measured side, with which it then moves. Impacts are inelastic (time stepping after
-/// Moreau 1988, with implicit damping). `seen` are the positions of the measured side every `dt` seconds; the play is
+/// Moreau 1988, with implicit damping and dry friction). `seen` are the positions of the measured side every `dt` seconds; the play is
 /// `gap` in all.
 pub(crate) fn unseen_side<T: Real>(
     seen: &[f64],
     gap: T,
     dt: f64,
     side: &dyn Fn(usize) -> Side<T>,
-) -> Vec<[T; 2]> {
+) -> Vec<SideMotion<T>> {
     let half = gap * 0.5;
     let mut x = T::lift(seen.first().copied().unwrap_or(0.0));
     let mut v = T::lift(seen.windows(2).next().map_or(0.0, |pair| (pair[1] - pair[0]) / dt));
     let mut found = Vec::with_capacity(seen.len());
     for k in 0..seen.len() {
         let Some(next) = seen.get(k + 1) else {
-            found.push([T::zero(), v]);
+            found.push(SideMotion { acceleration: T::zero(), velocity: v, friction: None });
             break;
         };
-        let Side { effort, inertia, damping } = side(k);
-        let free = (inertia * v + effort * dt) / (inertia + damping * dt + f64::MIN_POSITIVE);
+        let Side { effort, inertia, damping, friction } = side(k);
+        let impulse = inertia * v + effort * dt;
+        let stopping = if magnitude(impulse).re() <= friction.re() * dt {
+            impulse
+        } else {
+            friction * (dt * impulse.re().signum())
+        };
+        let free = (impulse - stopping) / (inertia + damping * dt + f64::MIN_POSITIVE);
         let (low, high) = (-half + *next, half + *next);
         let moved = x + free * dt;
-        let reached = match moved.re() {
-            position if position >= high.re() => high,
-            position if position <= low.re() => low,
-            position if position.is_nan() => low,
-            _ => moved,
+        let (reached, is_free) = match moved.re() {
+            position if position >= high.re() => (high, false),
+            position if position <= low.re() => (low, false),
+            position if position.is_nan() => (low, false),
+            _ => (moved, true),
         };
         // Velocities belong to the middle of the intervals.
         let velocity = (reached - x) / dt;
-        found.push([(velocity - v) / dt, (velocity + v) * 0.5]);
+        found.push(SideMotion {
+            acceleration: (velocity - v) / dt,
+            velocity: (velocity + v) * 0.5,
+            friction: is_free.then_some(stopping / dt),
+        });
         (x, v) = (reached, velocity);
     }
     found
@@ -53,7 +75,7 @@ pub(crate) fn unseen_side<T: Real>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Side, unseen_side};
+    use super::{Side, SideMotion, unseen_side};
 
     const DT: f64 = 0.001;
 
@@ -61,12 +83,12 @@ mod tests {
         (2.0 * k as f64 * DT).sin()
     }
 
-    fn relative(gap: f64, effort: f64) -> Vec<f64> {
+    fn relative(gap: f64, effort: f64, friction: f64) -> Vec<f64> {
         let seen: Vec<f64> = (0..6000).map(swing).collect();
-        let side = |_: usize| Side { effort, inertia: 0.5, damping: 0.0 };
+        let side = |_: usize| Side { effort, inertia: 0.5, damping: 0.0, friction };
         let (mut x, mut v) = (seen[0], (seen[1] - seen[0]) / DT);
-        let mut step = |[a, _]: [f64; 2], k: usize| {
-            v += a * DT;
+        let mut step = |motion: SideMotion<f64>, k: usize| {
+            v += motion.acceleration * DT;
             x += v * DT;
             x - swing(k + 1)
         };
@@ -80,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_coasting_side_moves_from_face_to_face() {
-        let found = relative(0.02, 0.0);
+        let found = relative(0.02, 0.0, 0.0);
         let (low, high) = found.iter().fold((0.0, 0.0), |(l, h), x| (f64::min(l, *x), f64::max(h, *x)));
         assert!((low + 0.01).abs() < 1e-6 && (high - 0.01).abs() < 1e-6, "{low} {high}");
         // While the measured side speeds up it pushes from behind, and later the other one coasts ahead.
@@ -88,8 +110,17 @@ mod tests {
     }
 
     #[test]
+    fn a_side_with_much_friction_is_pushed_from_behind() {
+        // It meets the other face at reversals only, and rests in between.
+        let found = relative(0.02, 0.0, 50.0);
+        let behind =
+            (100..5900).filter(|k| (found[*k] + 0.01 * (2.0 * *k as f64 * DT).cos().signum()).abs() < 1e-6);
+        assert!(behind.count() > 5000);
+    }
+
+    #[test]
     fn a_strong_load_keeps_contact() {
-        let found = relative(0.02, -50.0);
+        let found = relative(0.02, -50.0, 0.0);
         assert!(found[500..5900].iter().all(|x| (x + 0.01).abs() < 1e-6));
     }
 }

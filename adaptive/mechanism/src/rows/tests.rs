@@ -79,9 +79,14 @@ fn derivatives_are_those_of_the_residual() {
     for (kind, side, effort, values) in cases {
         let problem = carriage(side, effort);
         let mut effects = vec![Effect { kind, values }];
-        if kind == law(JointKind::EffortSaturation) {
-            effects.push(Effect { kind: law(JointKind::EffortGain), values: vec![0.7] });
-        }
+        let beside = match kind {
+            Kind::Joint(JointKind::EffortSaturation, _) => Some((JointKind::EffortGain, vec![0.7])),
+            Kind::Joint(JointKind::Backlash, _) => {
+                Some((JointKind::DryFriction, vec![0.5, f64::NAN, f64::NAN]))
+            }
+            _ => None,
+        };
+        effects.extend(beside.map(|(kind, values)| Effect { kind: law(kind), values }));
         let slots = slots(&problem, &effects);
         // Another mass than the model's: its own inertia is not the given one. Delays of whole samples have no derivative
         // at the ends of an episode.
