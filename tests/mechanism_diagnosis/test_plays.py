@@ -11,20 +11,19 @@ import trundle
 mujoco = pytest.importorskip("mujoco")
 
 STEP = 5e-4
-GAP, FRICTION = 0.03, 0.1
+FRICTION = 0.1
 PENDULUM = """<mujoco><compiler angle="radian"/><option timestep="0.0005" integrator="implicitfast"/>
 <worldbody><body name="link" pos="0 0 0.5">
 <joint name="arm" axis="0 1 0" armature="0.02" damping="0.05"{friction}/>{play}
 <inertial pos="0 0 -0.15" mass="0.5" diaginertia="5e-3 5e-3 2e-4"/></body></worldbody></mujoco>"""
-PLAY = f'''<joint name="play" axis="0 1 0" limited="true" range="{-GAP / 2} {GAP / 2}"
-solreflimit="0.002 1" solimplimit="0.95 0.99 {1e-4 * GAP} 0.5 2"/>'''
+PLAY = """<joint name="play" axis="0 1 0" limited="true" range="{low} {high}"
+solreflimit="0.002 1" solimplimit="0.95 0.99 {width} 0.5 2"/>"""
 
 
-def episode(seed: int) -> dict[str, NDArray[np.float64]]:
+def episode(seed: int, gap: float) -> dict[str, NDArray[np.float64]]:
     """Return the motion of the link, and the effort of a drive that follows random waves."""
-    model = mujoco.MjModel.from_xml_string(
-        PENDULUM.format(friction=f' frictionloss="{FRICTION}"', play=PLAY)
-    )
+    play = PLAY.format(low=-gap / 2, high=gap / 2, width=1e-4 * gap)
+    model = mujoco.MjModel.from_xml_string(PENDULUM.format(friction=f' frictionloss="{FRICTION}"', play=play))
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
     t = np.arange(0.0, 10.0, STEP)
     waves = ((0.5, 0.23), (0.3, 0.47), (0.12, 0.9))
@@ -41,16 +40,17 @@ def episode(seed: int) -> dict[str, NDArray[np.float64]]:
     return {"t": t[::10], "q_arm": q + 2e-5 * noise[0], "effort_arm": effort + 2e-3 * noise[1]}
 
 
-def test_play_is_named_where_the_drive_has_dry_friction() -> None:
+@pytest.mark.parametrize("gap", [0.03, 0.1])
+def test_play_is_named_where_the_drive_has_dry_friction(gap: float) -> None:
     metadata = {
         "format": "trundle-recording/2",
         "name": "gear",
         "mechanism": {"model": "robot.xml", "joints": ["arm"]},
     }
     files = {"robot.xml": PENDULUM.format(friction="", play="").encode()}
-    episodes = {f"e{k}": episode(k) for k in range(4)}
+    episodes = {f"e{k}": episode(k, gap) for k in range(4)}
     found = trundle.diagnose(trundle.JointRecording(metadata, episodes, files))
     assert sorted(found.missing) == ["joint_backlash:arm", "joint_dry_friction:arm"]
     sizes = {one["effect"]: one["parameters"] for one in found.answer["missing"]}
-    assert sizes["joint_backlash"]["gap"]["mean"] == pytest.approx(GAP, rel=0.05)
+    assert sizes["joint_backlash"]["gap"]["mean"] == pytest.approx(gap, rel=0.05)
     assert sizes["joint_dry_friction"]["effort"]["mean"] == pytest.approx(FRICTION, rel=0.05)

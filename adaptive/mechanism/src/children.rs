@@ -2,11 +2,11 @@
 
 use crate::error::MechanismError;
 use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
-use crate::laws::JointKind;
-use crate::model::{Effect, Kind};
+use crate::laws::{JointKind, plays};
+use crate::model::{Effect, Kind, slots};
 use crate::others::Others;
 use crate::periodogram::best_periods;
-use crate::rows::{Scope, evaluate, noise_floor};
+use crate::rows::{Scope, evaluate, noise_floor, robust_sd};
 use crate::search::{SCREENING_STEPS, Searcher};
 use crate::tried::Tried;
 use rayon::prelude::*;
@@ -15,6 +15,8 @@ use trundle_infer::on_all_cores;
 
 /// Candidates that are fitted to their optimum.
 const MAX_FITTED: usize = 6;
+/// Plays from which a fit starts at the given values of the mechanism.
+const MAX_PLAYS: usize = 3;
 /// Least gain of a candidate in the screen, nats.
 const MIN_SCREEN_GAIN_NATS: f64 = 3.0;
 
@@ -121,11 +123,16 @@ impl Searcher<'_> {
             starts = best_periods(self.problem, &rows[0], &starts);
         }
         let samples: f64 = (0..times.len()).map(|j| parent.fit.samples[j] as f64 / times[j]).sum();
-        let one = |values: Vec<f64>| {
+        let plays = match kind {
+            Kind::Joint(JointKind::Backlash, joint) => self.best_plays(parent, joint),
+            _ => vec![],
+        };
+        let own = starts.into_iter().map(|values| (values, Some(&parent.fit)));
+        let all = own.chain(plays.into_iter().map(|values| (values, None)));
+        let one = |(values, from): (Vec<f64>, Option<&Fit>)| {
             let mut effects = parent.fit.fitted_effects();
             effects.push(Effect { kind, values });
-            let found =
-                fit_with(self.problem, &effects, Some(&parent.fit), scope, SCREENING_STEPS, Some(others));
+            let found = fit_with(self.problem, &effects, from, scope, SCREENING_STEPS, Some(others));
             let joints: Vec<usize> = match scope {
                 Scope::Joint(joint) => vec![joint],
                 _ => (0..times.len()).collect(),
@@ -141,7 +148,24 @@ impl Searcher<'_> {
             let gain = joints.iter().map(own).sum::<f64>() - lost - 0.5 * added * samples.max(1.0).ln();
             (gain, found)
         };
-        starts.into_iter().map(one).filter(|(gain, _)| gain.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))
+        all.map(one).filter(|(gain, _)| gain.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Values of the plays with the smallest residuals at the given values of the mechanism. A nominal model that is refitted
+    /// without a play has other inertias, with which impacts are at other times: from there, a fit does not find the play.
+    fn best_plays(&self, parent: &Tried, joint: usize) -> Vec<Vec<f64>> {
+        let size = |values: &Vec<f64>| {
+            let mut effects = parent.fit.fitted_effects();
+            effects.push(Effect { kind: Kind::Joint(JointKind::Backlash, joint), values: values.clone() });
+            let slots = slots(self.problem, &effects);
+            let start: Vec<f64> = slots.iter().map(|slot| slot.start).collect();
+            let rows = evaluate(self.problem, &effects, &slots, &start, Scope::Joint(joint), false);
+            robust_sd(self.problem, joint, &rows[0].residual)
+        };
+        let all = plays(&self.problem.joints[joint].scales).into_iter();
+        let mut sized: Vec<(f64, Vec<f64>)> = all.map(|values| (size(&values), values)).collect();
+        sized.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sized.into_iter().take(MAX_PLAYS).map(|(_, values)| values).collect()
     }
 }
 

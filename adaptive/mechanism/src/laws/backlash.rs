@@ -6,6 +6,10 @@ use trundle_model::Real;
 
 /// Largest play, as a share of the range of motion. Plays of gears are below a degree or two.
 const MAX_GAP: f64 = 0.1;
+/// Smallest starting value, as a share of the range of motion.
+const MIN_GAP: f64 = 0.002;
+/// Ratio of plays that a fit can tell apart: the times of impacts are those of the next one otherwise.
+const STEP: f64 = 1.15;
 
 pub(super) const SPEC: Spec = Spec {
     effect: "joint_backlash",
@@ -20,7 +24,13 @@ pub(super) const SPEC: Spec = Spec {
 
 fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
     // The times of impacts depend on the play, so that a fit has many optima.
-    (0..8).map(|k| vec![0.002 * 1.6f64.powi(k) * scales.span()]).collect()
+    (0..8).map(|k| vec![MIN_GAP * 1.6f64.powi(k) * scales.span()]).collect()
+}
+
+/// Values from the smallest to the largest play, by [`STEP`].
+pub(crate) fn plays(scales: &JointScales) -> Vec<Vec<f64>> {
+    let gaps = std::iter::successors(Some(MIN_GAP), |gap| Some(gap * STEP));
+    gaps.take_while(|gap| *gap < MAX_GAP).map(|gap| vec![gap * scales.span()]).collect()
 }
 
 /// The law with values.

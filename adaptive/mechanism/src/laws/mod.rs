@@ -24,6 +24,7 @@ mod spring;
 mod stop;
 mod viscous_friction;
 
+pub(crate) use backlash::plays;
 pub use law::{Applies, Compliance, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec};
 pub(crate) use law::{DAMPING_RATIO, magnitude};
 use trundle_model::Real;
