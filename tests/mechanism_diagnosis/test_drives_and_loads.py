@@ -58,7 +58,7 @@ def pendulum_recording(
     noise: float = 2e-3,
     **mechanism: object,
 ) -> trundle.JointRecording:
-    """Return a recording of `PENDULUM` with an exact motion, a payload, and a gain and noise of the effort."""
+    """Return a recording of `PENDULUM` with an exact motion, a payload, and a gain of the effort."""
     (tmp_path / "robot.xml").write_text(PENDULUM, encoding="utf-8")
     loaded = trundle.mechanism.Mechanism.load(tmp_path / "robot.xml", ["arm"], payload=payload)
     rng = np.random.default_rng(0)
