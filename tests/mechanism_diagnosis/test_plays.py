@@ -27,7 +27,7 @@ def episode(seed: int, gap: float) -> dict[str, NDArray[np.float64]]:
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
     t = np.arange(0.0, 10.0, STEP)
     waves = ((0.5, 0.23), (0.3, 0.47), (0.12, 0.9))
-    wanted = sum(size * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for size, f in waves)
+    wanted = np.sum([size * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for size, f in waves], 0)
     rows = np.empty((len(t), 2))
     for k, target in enumerate(wanted):
         weight = 0.5 * 9.81 * 0.15 * np.sin(data.qpos.sum())
