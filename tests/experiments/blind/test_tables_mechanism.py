@@ -14,7 +14,8 @@ def row(hidden: str, named: str, explained: float) -> dict[str, Any]:
 
 
 def test_names_are_counted_by_the_explained_part_of_the_misfit() -> None:
-    rows = [row("a", "a", 1.0), row("a", "a", 0.8), row("a", "b", 0.2), row("a", "b", 0.8)]
+    refused = {"answer": {"verdict": "refused"}, "truth": {"names": ["a"], "outside": False}}
+    rows = [row("a", "a", 1.0), row("a", "a", 0.8), row("a", "b", 0.2), row("a", "b", 0.8), refused]
     lines = [line.strip("| ").split(" | ") for line in explained_misfits(rows).splitlines()]
     assert ["0.15 to 0.25", "0", "1"] in lines
     assert ["0.75 to 1", "2", "1"] in lines

@@ -257,7 +257,7 @@ def explained_misfits(rows: Sequence[Row]) -> str:
     found: list[tuple[float, bool]] = []
     for row in rows:
         answer, truth = row["answer"], row["truth"]
-        named = zip(answer["missing"], named_probabilities(answer, truth), strict=False)
+        named = zip(answer.get("missing", []), named_probabilities(answer, truth), strict=False)
         for one, (_, right) in named:
             joint = (one["where"] or {}).get("joint")
             if joint in answer.get("explained", {}):
