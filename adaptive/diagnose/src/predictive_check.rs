@@ -5,7 +5,9 @@
 //! a wide margin, for example with a mass that is eight times too large. A model is therefore named only if
 //! its prediction errors agree with its own uncertainty or are small compared with the motion.
 
-use crate::thresholds::{MAX_ERROR_RATIO, MAX_ERROR_SHARE, MIN_MATERIAL_VARIANCES, NEGLIGIBLE_SHARE};
+use crate::thresholds::{
+    MAX_ERROR_RATIO, MAX_ERROR_SHARE, MAX_RESIDUAL_GAIN_SHARE, MIN_MATERIAL_VARIANCES, NEGLIGIBLE_SHARE,
+};
 use trundle_infer::{Channels, Fit, InferError, Window, windows};
 use trundle_record::{Dataset, Prepared};
 
@@ -34,9 +36,11 @@ impl PredictiveCheck {
         self.standardised > MAX_ERROR_RATIO * MAX_ERROR_RATIO
     }
 
-    /// Whether the errors are too large for the model to be named.
-    pub fn is_poor(&self) -> bool {
-        self.is_refuted() && self.share > MAX_ERROR_SHARE
+    /// Whether the errors are too large for the model to be named: compared with the motion, or with the errors of
+    /// the nominal model, whose check is `nominal`.
+    pub fn is_poor(&self, nominal: &Self) -> bool {
+        let largest = MAX_ERROR_SHARE.min(MAX_RESIDUAL_GAIN_SHARE * nominal.share);
+        self.is_refuted() && self.share > largest
     }
 }
 
@@ -109,12 +113,19 @@ mod tests {
     fn only_the_right_model_has_calibrated_errors() {
         let nominal = Model::nominal(trundle_fixtures::table(), None, [true; 3]);
         let right = observed(locked(), &nominal);
-        assert!((0.6..1.6).contains(&right.standardised) && !right.is_poor(), "{right:?}");
+        assert!((0.6..1.6).contains(&right.standardised) && !right.is_poor(&right), "{right:?}");
         // Friction that stops the table most of the time.
         let stuck = locked().with(effect(Kind::SupportFriction, &[("force", 25.0), ("spread", 1.0)]));
         let wrong = observed(stuck.clone(), &nominal);
-        assert!(wrong.standardised > 9.0 && wrong.is_poor(), "{wrong:?}");
+        assert!(wrong.standardised > 9.0 && wrong.is_poor(&wrong), "{wrong:?}");
         let named = observed(stuck, &nominal.with(Effect::free(Kind::SupportFriction)));
-        assert!(!named.is_poor(), "{named:?}");
+        assert!(!named.is_poor(&wrong), "{named:?}");
+    }
+    #[test]
+    fn effects_that_leave_half_of_the_nominal_errors_are_poor() {
+        let check = |share: f64| PredictiveCheck { standardised: 100.0, share };
+        assert!(check(0.03).is_poor(&check(0.1)) && !check(0.02).is_poor(&check(0.1)));
+        let within_noise = PredictiveCheck { standardised: 2.0, ..check(0.03) };
+        assert!(!within_noise.is_poor(&check(0.1)));
     }
 }

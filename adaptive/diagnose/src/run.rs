@@ -140,7 +140,11 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let gained = found.tried[base].fit.cost - found.tried[best].fit.cost;
     let named = (best != base).then_some(NamedModel { gained, lack });
     let mut verdict = verdict_of(engine.observations(), found.before, named, is_material(errors));
-    if verdict == Verdict::Explained && errors.is_some_and(|errors| errors.is_poor()) {
+    let is_poor = match (errors, check_of(base)?) {
+        (Some(errors), Some(nominal)) => errors.is_poor(&nominal),
+        _ => false,
+    };
+    if verdict == Verdict::Explained && is_poor {
         verdict = Verdict::Unexplained;
     }
     if verdict == Verdict::Unexplained {

@@ -41,7 +41,8 @@ pub(crate) const MAX_ERROR_SHARE: f64 = 0.1;
 /// this, no effect is named.
 pub(crate) const MIN_MATERIAL_VARIANCES: f64 = 2.0;
 
-/// Largest share of the missing gain that named effects may leave: half in size.
+/// Largest share that named effects may leave: half in size. It applies to the missing gain, and to the squared errors
+/// of the nominal model one second ahead if the named model is refuted ([`MAX_ERROR_RATIO`]).
 pub const MAX_RESIDUAL_GAIN_SHARE: f64 = 0.25;
 
 /// Misfit per sample that named effects may always leave, nats.
