@@ -52,7 +52,8 @@ impl Searcher<'_> {
             }
             let Some(jobs) = self.shape_jobs(&best)? else { return Ok(()) };
             let target_cost = best.fit.cost - (lack * MIN_GAIN_SHARE).max(MIN_SIGNIFICANT_GAIN_NATS);
-            self.fit_in_stages("backfitting of shapes", jobs, tried, |_| target_cost)?;
+            let all = jobs.len();
+            self.fit_in_stages("backfitting of shapes", jobs, all, tried, |_| target_cost)?;
             match tried.iter_mut().find(|t| kinds(&t.added) == of) {
                 Some(now) if now.fit.cost > target_cost => now.is_settled = true,
                 _ => {}
@@ -94,7 +95,7 @@ impl Searcher<'_> {
             let (rest, _) = self.split_off(&best, k);
             jobs.extend(self.jobs(&rest, &self.offered(&rest), MAX_FURTHER_KINDS)?);
         }
-        self.try_all("exchange of effects", jobs, tried)
+        self.try_all("exchange of effects", jobs, MAX_FURTHER_KINDS * best.added.len(), tried)
     }
 
     /// A model without effect number `k`, with all else as fitted, and the values of that effect.

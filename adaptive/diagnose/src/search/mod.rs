@@ -43,9 +43,12 @@ pub(crate) struct SearchResult {
 
 /// Kinds that are always fitted, whatever their promised gain.
 const ALWAYS_FITTED_KINDS: usize = 3;
-/// Most kinds that are fitted in addition to the nominal model, and in addition to a larger model.
+/// Most kinds that are ranked in addition to the nominal model, and in addition to a larger model.
 const MAX_FIRST_KINDS: usize = 9;
 const MAX_FURTHER_KINDS: usize = 3;
+/// Kinds that are fitted to thinned data for each one that is ranked. The screen linearises laws far from their
+/// optimum, so that its order is less reliable than that of these fits.
+const SCREENED_PER_RANKED_KIND: usize = 2;
 /// Models of one size to which one more effect is added.
 const MAX_PARENT_MODELS: usize = 2;
 /// Most effects that are added. The evidence decides whether an effect is needed; this limit only bounds the
@@ -94,7 +97,8 @@ impl Searcher<'_> {
     fn with_added_effects(&self, base: FittedModel) -> Result<Vec<FittedModel>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
-        self.try_all("single effects", self.jobs(&base, &offered, MAX_FIRST_KINDS)?, &mut tried)?;
+        let jobs = self.jobs(&base, &offered, MAX_FIRST_KINDS)?;
+        self.try_all("single effects", jobs, MAX_FIRST_KINDS, &mut tried)?;
         self.backfit_shapes(&mut tried)?;
         self.simpler(&mut tried)?;
         self.fit_refinements(&mut tried)?;
@@ -138,7 +142,7 @@ impl Searcher<'_> {
         self.without.iter().all(|name| name != kind.spec().effect)
     }
 
-    /// The most promising fits of one more effect, for at most `most` kinds.
+    /// The most promising fits of one more effect, of which at most `most` kinds will be ranked.
     fn jobs(&self, from: &FittedModel, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
         let Some(found) =
             self.engine.starts(from, offered, &self.screen_options(self.regions, most), self.watch)?
@@ -148,7 +152,8 @@ impl Searcher<'_> {
         let is_promising = |(rank, starts): &(usize, &Vec<Start>)| {
             *rank < ALWAYS_FITTED_KINDS || starts[0].gain > MIN_SCREEN_GAIN_NATS
         };
-        let kept = found.iter().take(most).enumerate().filter(is_promising);
+        let screened = if self.engine.thinned().is_some() { SCREENED_PER_RANKED_KIND * most } else { most };
+        let kept = found.iter().take(screened).enumerate().filter(is_promising);
         Ok(kept.map(|(_, starts)| job(from, starts)).collect())
     }
 
@@ -178,45 +183,53 @@ impl Searcher<'_> {
         model
     }
 
-    /// Fit models that were not fitted before. Only those that may still become the best are fitted to their
-    /// optimum.
+    /// Fit models that were not fitted before, of which at most `most` are ranked. Only those that may still become
+    /// the best are fitted to their optimum.
     fn try_all(
         &self,
         what: &'static str,
         jobs: Vec<Job>,
+        most: usize,
         tried: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
         let is_new = |job: &Job| tried.iter().all(|t| !have_same_effects(&t.added, &job.added));
         let jobs: Vec<Job> = jobs.into_iter().filter(is_new).collect();
         let (known, from) = (lowest(tried.iter().map(|t| t.fit.cost)), lowest(jobs.iter().map(|j| j.from)));
-        self.fit_in_stages(what, jobs, tried, |ranked| {
+        self.fit_in_stages(what, jobs, most, tried, |ranked| {
             let best = lowest(ranked.iter().map(|t| t.fit.cost)).min(known);
             best + MAX_COST_GAP_NATS.max(MAX_COST_GAP_SHARE * (from - best))
         })
     }
 
-    /// Fit models in three stages: on thinned data, a few steps on all data, and to the optimum if the cost
-    /// may still fall below `bound` of the ranked models.
+    /// Fit models in three stages: on thinned data, a few steps on all data for the best `most` of them, and to the
+    /// optimum if the cost may still fall below `bound` of the ranked models.
     fn fit_in_stages(
         &self,
         what: &'static str,
         jobs: Vec<Job>,
+        most: usize,
         tried: &mut Vec<FittedModel>,
         bound: impl Fn(&[FittedModel]) -> f64,
     ) -> Result<(), InferError> {
         let Some(thinned) = self.engine.thinned() else { return self.fit_all(what, jobs, tried) };
         let continued = |t: &FittedModel| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
         let cheaper = Searcher { engine: &*thinned, ..*self };
-        let starts: Vec<_> = jobs.iter().map(|job| (job.added.clone(), job.warm.clone())).collect();
-        let screened = cheaper.fitted(what, jobs, Effort::Screening)?;
-        // The fit to thinned data may have increased the cost.
+        let given = jobs.clone();
+        let mut screened = cheaper.fitted(what, jobs, Effort::Screening)?;
+        screened.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
+        screened.truncate(most);
+        let mut ranked = vec![];
+        let once = screened.iter().map(continued).collect();
+        insert_models(&mut ranked, self.fitted(what, once, Effort::Ranking)?);
+        // The fit to thinned data may have increased the cost. Such a model is ranked from its first starts too.
         let with_first_starts = |t: &FittedModel| {
-            let first = starts.iter().find(|(added, _)| *added == t.added);
-            let mut job = continued(t);
-            job.warm.extend(first.iter().flat_map(|(_, warm)| warm.iter().cloned()));
-            job
+            let first = given.iter().find(|job| job.added == t.added)?;
+            let is_lower = |r: &FittedModel| r.added == t.added && r.fit.cost < first.from;
+            let warm = [vec![t.fit.values.clone()], first.warm.clone()].concat();
+            (!ranked.iter().any(is_lower)).then(|| Job::from(t, t.added.clone(), warm))
         };
-        let ranked = self.fitted(what, screened.iter().map(with_first_starts).collect(), Effort::Ranking)?;
+        let repeated = screened.iter().filter_map(with_first_starts).collect();
+        insert_models(&mut ranked, self.fitted(what, repeated, Effort::Ranking)?);
         let bound = bound(&ranked);
         let is_promising = |t: &FittedModel| t.fit.cost - EXTRAPOLATED_STEPS * t.fit.last_decrease < bound;
         let (promising, others): (Vec<FittedModel>, Vec<FittedModel>) =
@@ -282,7 +295,7 @@ impl Searcher<'_> {
         }
         let mut seen = BTreeSet::new();
         jobs.retain(|job| seen.insert(kinds(&job.added)));
-        self.try_all("several effects", jobs, tried)
+        self.try_all("several effects", jobs, MAX_FURTHER_KINDS * parents.len(), tried)
     }
 
     /// Whether the lack of fit under the instruments' noise is larger than that of a law with a slightly
@@ -345,8 +358,29 @@ fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = Fi
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{MAX_EFFECTS, fair_share};
+    use super::{MAX_EFFECTS, SCREENED_PER_RANKED_KIND, Searcher, fair_share, kinds};
+    use crate::engine::Engine;
+    use crate::engine::own::Own;
+    use trundle_fixtures::{World, effect, locked};
+    use trundle_infer::Quiet;
+    use trundle_model::Kind;
+
+    #[test]
+    fn more_kinds_are_fitted_to_thinned_data_than_ranked() {
+        let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
+        let data = World::of(locked().with(slope)).recording(3);
+        let engine = Own::new(&data, None).unwrap();
+        let base = engine.base(0, &Quiet).unwrap();
+        let searcher = Searcher { engine: &engine, without: &[], regions: &[], seed: 0, watch: &Quiet };
+        let jobs = searcher.jobs(&base, &searcher.offered(&base), 4).unwrap();
+        assert_eq!(jobs.len(), SCREENED_PER_RANKED_KIND * 4);
+        let mut tried = vec![base];
+        searcher.try_all("single effects", jobs, 4, &mut tried).unwrap();
+        assert_eq!(tried.len(), 1 + 4);
+        assert_eq!(kinds(&tried[0].added), [Kind::FloorSlope]);
+    }
 
     #[test]
     fn the_fair_share_is_equal_for_all_effects() {

@@ -24,7 +24,7 @@ impl Searcher<'_> {
             let warm = vec![with(&set.base), with(&robust.fit.values)];
             Job::from(base, set.effects.iter().map(with_free_parameters).collect(), warm)
         };
-        self.try_all("several effects", sets.iter().map(job).collect(), tried)
+        self.try_all("several effects", sets.iter().map(job).collect(), sets.len(), tried)
     }
 
     /// A model refitted with a random-walk wrench. The size of the walk is estimated under the instruments'
