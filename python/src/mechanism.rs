@@ -6,6 +6,7 @@ use numpy::ndarray::{ArrayViewD, Axis};
 use numpy::{PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trundle_diagnose::ErrorMetric;
 use trundle_infer::Stage;
 use trundle_mechanism::{
     Dynamics, EpisodeDynamics, FittedMechanism, JointOutcome, JointSample, Kind, Motion, SimulatorParameter,
@@ -129,6 +130,12 @@ impl PyJointOutcome {
             dict.set_item(episode, own)?;
         }
         Ok(dict)
+    }
+
+    /// Warnings about held-out episodes. `metrics` are their errors: name, unit, before and after.
+    fn held_out_warnings(&self, metrics: Vec<(String, String, Option<f64>, Option<f64>)>) -> Vec<String> {
+        let metric = |(name, unit, before, after)| ErrorMetric { name, unit, before, after };
+        self.0.held_out_warnings(&metrics.into_iter().map(metric).collect::<Vec<_>>())
     }
 
     /// Effort, level of dry friction and added inertia of the laws of every joint at a state of the mechanism "after",

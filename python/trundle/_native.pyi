@@ -392,6 +392,9 @@ class _JointOutcome:
     def models(self) -> list[JointFittedModel]: ...
     @property
     def predictions(self) -> dict[str, dict[str, Any]]: ...
+    def held_out_warnings(
+        self, metrics: Sequence[tuple[str, str, float | None, float | None]]
+    ) -> list[str]: ...
     def terms(
         self,
         which: str,

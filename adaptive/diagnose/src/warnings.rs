@@ -2,7 +2,7 @@
 
 use crate::engine::Engine;
 use crate::fitted_model::FittedModel;
-use trundle_infer::{InferError, Score};
+use trundle_infer::InferError;
 use trundle_record::Prepared;
 
 /// Ratio of a held-out episode's error one second ahead to the largest error of a fitted one, above which it
@@ -46,39 +46,72 @@ pub(crate) fn warnings(
         largest = largest.max(error(after, episode)?.unwrap_or(0.0));
     }
     for episode in &data.held_out {
-        if let Some(unlike) =
-            error(after, episode)?.filter(|e| largest > 0.0 && *e > MAX_HELD_OUT_ERROR_RATIO * largest)
-        {
-            found.push(format!(
-                "{} (held out) behaves unlike the training episodes: its prediction error is {:.1} times their \
-                 largest; check whether the object, its load or the floor changed",
-                episode.name,
-                unlike / largest
-            ));
+        if let Some(size) = error(after, episode)? {
+            let cause = "the object, its load or the floor";
+            found.extend(unlike_training(&episode.name, "prediction error", size, largest, cause));
         }
     }
     if named && !data.held_out.is_empty() {
         let [old, new] =
             [engine.score(before, after, &data.held_out)?, engine.score(after, before, &data.held_out)?];
-        found.extend(worse_metrics(&old, &new));
+        let metrics = [
+            ("position error in open loop", "m", old.position_rmse, new.position_rmse),
+            ("position error one second ahead", "m", old.window_position_rmse, new.window_position_rmse),
+            ("force error", "N", old.force_rmse, new.force_rmse),
+        ]
+        .map(|(name, unit, before, after)| ErrorMetric {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            before,
+            after,
+        });
+        found.extend(worse_metrics(&metrics));
     }
     Ok(found)
 }
 
+/// A warning about a held-out episode whose error is much larger than the largest of the training episodes; `metric` names
+/// the error, `cause` what may have changed.
+#[must_use]
+pub fn unlike_training(episode: &str, metric: &str, error: f64, largest: f64, cause: &str) -> Option<String> {
+    (largest > 0.0 && error > MAX_HELD_OUT_ERROR_RATIO * largest).then(|| {
+        format!(
+            "{episode} (held out) behaves unlike the training episodes: its {metric} is {:.1} times their largest; \
+             check whether {cause} changed",
+            error / largest
+        )
+    })
+}
+
+/// An error metric before and after.
+#[derive(Clone, Debug)]
+pub struct ErrorMetric {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Value without the named effects.
+    pub before: Option<f64>,
+    /// Value with them.
+    pub after: Option<f64>,
+}
+
 /// A warning about held-out error metrics that became worse.
-fn worse_metrics(before: &Score, after: &Score) -> Option<String> {
-    let metrics = [
-        ("position error in open loop", "m", before.position_rmse, after.position_rmse),
-        ("position error one second ahead", "m", before.window_position_rmse, after.window_position_rmse),
-        ("force error", "N", before.force_rmse, after.force_rmse),
-    ];
-    let rose = |(name, unit, before, after): (&str, &str, Option<f64>, Option<f64>)| {
-        let (before, after) = (before?, after?);
-        (after > MIN_WORSE_RATIO * before)
-            .then(|| format!("{name} {before:.4} {unit} before, {after:.4} {unit} after"))
+#[must_use]
+pub fn worse_metrics(metrics: &[ErrorMetric]) -> Option<String> {
+    let rose = |metric: &ErrorMetric| {
+        let (before, after) = (metric.before?, metric.after?);
+        let [old, new] = [before, after].map(|value| format!("{} {}", significant(value), metric.unit));
+        (after > MIN_WORSE_RATIO * before).then(|| format!("{} {old} before, {new} after", metric.name))
     };
-    let all: Vec<String> = metrics.into_iter().filter_map(rose).collect();
+    let all: Vec<String> = metrics.iter().filter_map(rose).collect();
     (!all.is_empty()).then(|| format!("held-out error metrics became worse: {}", all.join(", ")))
+}
+
+/// A value with three significant digits.
+fn significant(value: f64) -> String {
+    let digits = (2.0 - value.abs().max(f64::MIN_POSITIVE).log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.digits$}")
 }
 
 #[cfg(test)]
@@ -107,8 +140,15 @@ mod tests {
 
     #[test]
     fn a_worse_metric_is_reported() {
-        let of = |force| Score { force_rmse: Some(force), ..Score::default() };
-        assert!(worse_metrics(&of(1.0), &of(1.2)).unwrap().contains("force error"));
-        assert_eq!(worse_metrics(&of(1.0), &of(1.01)), None);
+        let of = |before, after| {
+            worse_metrics(&[ErrorMetric {
+                name: "force error".to_owned(),
+                unit: "N".to_owned(),
+                before: Some(before),
+                after: Some(after),
+            }])
+        };
+        assert!(of(0.01, 0.0125).unwrap().ends_with("force error 0.0100 N before, 0.0125 N after"));
+        assert_eq!(of(1.0, 1.01), None);
     }
 }

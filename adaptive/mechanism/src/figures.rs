@@ -4,7 +4,7 @@ use crate::drive::Drive;
 use crate::fit::Fit;
 use crate::motion::range;
 use crate::problem::{EpisodeData, Problem};
-use crate::rows::{Scope, evaluate};
+use crate::rows::{Scope, evaluate, noise_floor};
 use crate::simulation::simulate;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -69,6 +69,51 @@ pub struct OpenLoop {
     pub observed: Vec<f64>,
     /// Simulated positions; NaN after a divergence.
     pub simulated: Vec<f64>,
+}
+
+/// Size of a joint's residual in an episode.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ResidualSize {
+    /// Root mean square, as the search compares it.
+    pub rms: f64,
+    /// Part that the noise may have.
+    pub floor: f64,
+}
+
+/// Sizes of the residuals in one episode, by joint.
+#[derive(Clone, Debug)]
+pub(crate) struct EpisodeErrors {
+    pub name: String,
+    pub held_out: bool,
+    pub joints: BTreeMap<String, ResidualSize>,
+}
+
+/// Sizes of the residuals of a model in every episode.
+pub(crate) fn episode_errors(problem: &Problem, fit: &Fit) -> Vec<EpisodeErrors> {
+    let empty = |episode: &EpisodeData| EpisodeErrors {
+        name: episode.name.clone(),
+        held_out: episode.held_out,
+        joints: BTreeMap::new(),
+    };
+    let mut found: Vec<EpisodeErrors> = problem.episodes.iter().map(empty).collect();
+    for scope in [Scope::Training, Scope::HeldOut] {
+        for own in evaluate(problem, &fit.effects, &fit.slots, &fit.values, scope, false) {
+            let mut sums = vec![Sum::default(); found.len()];
+            for (residual, place) in own.residual.iter().zip(&own.places) {
+                let weight = problem.episodes[place.episode].joints[own.joint].weight[place.sample];
+                sums[place.episode].0 += residual * residual;
+                sums[place.episode].1 += weight * weight;
+            }
+            let floor = noise_floor(problem, own.joint);
+            for (episode, sum) in found.iter_mut().zip(sums) {
+                if let Some(rms) = sum.rms() {
+                    let name = problem.joints[own.joint].name.clone();
+                    episode.joints.insert(name, ResidualSize { rms, floor });
+                }
+            }
+        }
+    }
+    found
 }
 
 /// Open-loop simulation of an axis in an episode; `None` if it makes no sense.

@@ -1,12 +1,14 @@
 //! Results of a diagnosis of joints.
 
 use crate::answer::JointAnswer;
-use crate::figures::{OpenLoop, open_loop};
+use crate::figures::{EpisodeErrors, OpenLoop, episode_errors, open_loop};
 use crate::fit::Fit;
 use crate::laws::{JointSample, Law, law_terms};
 use crate::model::{Effect, Kind};
 use crate::problem::Problem;
+use crate::warnings::held_out_warnings;
 use std::collections::BTreeMap;
+use trundle_diagnose::ErrorMetric;
 
 /// Results of a diagnosis of joints.
 #[derive(Clone, Debug)]
@@ -17,6 +19,8 @@ pub struct JointOutcome {
     pub models: [FittedMechanism; 2],
     /// Open-loop simulations of an axis in each held-out episode: before and after.
     pub predictions: BTreeMap<String, [Option<OpenLoop>; 2]>,
+    /// Residuals of the mechanism "after".
+    errors: Vec<EpisodeErrors>,
 }
 
 impl JointOutcome {
@@ -25,7 +29,14 @@ impl JointOutcome {
         let of = |episode| [&before, &after].map(|fit| open_loop(problem, fit, episode));
         let predictions = held_out.map(|episode| (episode.name.clone(), of(episode))).collect();
         let models = [&before, &after].map(|fit| FittedMechanism::new(problem, fit));
-        Self { answer, models, predictions }
+        let errors = episode_errors(problem, &after);
+        Self { answer, models, predictions, errors }
+    }
+
+    /// Warnings about held-out episodes; `metrics` are their errors before and after, of positions and efforts.
+    #[must_use]
+    pub fn held_out_warnings(&self, metrics: &[ErrorMetric]) -> Vec<String> {
+        held_out_warnings(&self.errors, metrics)
     }
 }
 

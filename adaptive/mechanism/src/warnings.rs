@@ -1,19 +1,17 @@
-//! Doubts that a careful reader must know.
+//! Doubts that a careful reader must know. Held-out episodes change no verdict, only warnings.
 
-use crate::figures::figures;
+use crate::figures::EpisodeErrors;
 use crate::fit::Fit;
 use crate::model::{Nominal, Role};
 use crate::problem::Problem;
 use crate::units::EffortUnit;
-use trundle_diagnose::Verdict;
+use trundle_diagnose::{ErrorMetric, Verdict, unlike_training, worse_metrics};
 
-/// Relative rise of a held-out figure that counts as worse.
-const MIN_RISE: f64 = 1.05;
 /// Ratio of a refitted mass to the model's that is implausible.
 const MAX_MASS_RATIO: f64 = 2.0;
 
-/// Warnings of a diagnosis.
-pub(crate) fn warnings(problem: &Problem, before: &Fit, after: &Fit, verdict: Verdict) -> Vec<String> {
+/// Warnings about the fitted values.
+pub(crate) fn warnings(problem: &Problem, _before: &Fit, after: &Fit, _verdict: Verdict) -> Vec<String> {
     let mut found = vec![];
     match problem.effort_unit {
         EffortUnit::Newton => {}
@@ -36,25 +34,47 @@ pub(crate) fn warnings(problem: &Problem, before: &Fit, after: &Fit, verdict: Ve
             }
         }
     }
-    let held_out = [figures(problem, before, true), figures(problem, after, true)];
-    if let ([Some(before), Some(after)], Verdict::Explained) = (held_out, verdict) {
-        for (joint, now) in &after.joints {
-            let Some(then) = before.joints.get(joint) else { continue };
-            let pairs = [
-                ("open-loop position", then.position_rmse, now.position_rmse),
-                ("position within a second", then.window_position_rmse, now.window_position_rmse),
-                ("effort", then.effort_rmse, now.effort_rmse),
-            ];
-            for (what, then, now) in pairs {
-                if let (Some(then), Some(now)) = (then, now)
-                    && now > MIN_RISE * then
-                {
-                    found.push(format!(
-                        "held-out episodes: the error of the {what} of joint {joint} rises from {then:.3e} to {now:.3e}"
-                    ));
-                }
-            }
-        }
-    }
     found
+}
+
+/// Warnings about held-out episodes: those that behave unlike the training episodes, and `metrics` that became worse.
+pub(crate) fn held_out_warnings(errors: &[EpisodeErrors], metrics: &[ErrorMetric]) -> Vec<String> {
+    let mut found = vec![];
+    for episode in errors.iter().filter(|episode| episode.held_out) {
+        let largest = |joint: &str, floor: f64| {
+            let training = errors.iter().filter(|other| !other.held_out);
+            training.filter_map(|other| other.joints.get(joint)).fold(floor, |most, own| most.max(own.rms))
+        };
+        let unlike = episode.joints.iter().map(|(joint, own)| (joint, own.rms, largest(joint, own.floor)));
+        let worst = unlike.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)));
+        found.extend(worst.and_then(|(joint, error, largest)| {
+            let metric = format!("error of the effort of joint {joint}");
+            let cause = "the mechanism, its load or its drives";
+            unlike_training(&episode.name, &metric, error, largest, cause)
+        }));
+    }
+    found.extend(worse_metrics(metrics));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::held_out_warnings;
+    use crate::figures::{EpisodeErrors, ResidualSize};
+
+    #[test]
+    fn a_held_out_episode_with_larger_errors_is_reported() {
+        let episode = |name: &str, held_out: bool, rms: f64| EpisodeErrors {
+            name: name.to_owned(),
+            held_out,
+            joints: [("elbow".to_owned(), ResidualSize { rms, floor: 0.1 })].into(),
+        };
+        let of =
+            |error: f64| held_out_warnings(&[episode("one", false, 0.2), episode("two", true, error)], &[]);
+        assert!(of(0.5).is_empty());
+        let found = of(0.8);
+        assert!(found[0].contains("two (held out)") && found[0].contains("elbow is 4.0 times"), "{found:?}");
+        // Errors within the noise are alike.
+        assert!(held_out_warnings(&[episode("one", false, 0.01), episode("two", true, 0.2)], &[]).is_empty());
+    }
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from trundle import _native
@@ -16,7 +16,7 @@ from trundle.joint_diagnosis.mechanisms import load_mechanisms
 from trundle.joint_diagnosis.model_file import build_model
 from trundle.joint_diagnosis.result import JointDiagnosis
 from trundle.joint_diagnosis.simulators import SimulatorUnderTest
-from trundle.joint_diagnosis.under_test import MechanismUnderTest, Report
+from trundle.joint_diagnosis.under_test import MechanismUnderTest, Report, joint_kinds
 from trundle.joint_simulator import JointSimulator, JointStep
 from trundle.progress import ProgressOption, report_progress
 from trundle.report import inputs
@@ -27,6 +27,12 @@ DYNAMICS_SHARE = 0.3
 """Share of the work that is the evaluation of the model."""
 SEARCH_SHARE = 0.9
 """Share of the work that is done when the figures of positions begin."""
+HELD_OUT_METRICS = (
+    ("position_rmse", "position error in open loop"),
+    ("window_position_rmse", "position error one second ahead"),
+    ("effort_rmse", "effort error"),
+)
+"""Errors of a joint in held-out episodes: key, text."""
 
 
 def diagnose_joints(
@@ -62,7 +68,8 @@ def diagnose_joints(
         answer = outcome.answer
         paths = _predictions(recording, motion, under_test, outcome, answer)
         own = under_test.warnings if under_test else []
-        answer["warnings"] = [*warnings, *own, *answer["warnings"]]
+        unseen = outcome.held_out_warnings(_held_out_metrics(answer, joint_kinds(recording, under_test)))
+        answer["warnings"] = [*warnings, *own, *answer["warnings"], *unseen]
         if advise is not None:
             advise(answer, recording)
         report("report", 1.0)
@@ -74,6 +81,23 @@ def diagnose_joints(
     fingerprints = inputs(recording=source, mjcf=mjcf)
     page = render_joints(answer, recording, motion, outcome, under_test, paths, command, fingerprints)
     return JointDiagnosis(answer, model, page, paths, recording)
+
+
+def _held_out_metrics(
+    answer: JointAnswer, kinds: Mapping[str, str]
+) -> list[tuple[str, str, float | None, float | None]]:
+    """Return the errors of each joint in held-out episodes: name, unit, before and after."""
+    pair = answer["fit"]["held_out"]
+    if not pair:
+        return []
+    found = []
+    for joint, before in pair["before"]["joints"].items():
+        after = pair["after"]["joints"][joint]
+        position = "rad" if kinds[joint] == "hinge" else "m"
+        effort = answer["residual"]["effort_unit"][joint]
+        for (key, text), unit in zip(HELD_OUT_METRICS, (position, position, effort), strict=True):
+            found.append((f"{text} of joint {joint}", unit, before[key], after[key]))
+    return found
 
 
 def _model_under_test(

@@ -13,7 +13,7 @@ from trundle._types import JointAnswer, JointMotion
 from trundle.joint_diagnosis.figures import chain_figure, law_figures, time_figure
 from trundle.joint_diagnosis.held_out import Path, largest_commands
 from trundle.joint_diagnosis.residuals import joint_efforts
-from trundle.joint_diagnosis.under_test import MechanismUnderTest
+from trundle.joint_diagnosis.under_test import MechanismUnderTest, joint_kinds
 from trundle.report.figures.canvas import Figure
 from trundle.report.jinja import render_template
 from trundle.report.parameter import format_parameter
@@ -51,7 +51,7 @@ def render_joints(
     fingerprints: list[dict[str, str]],
 ) -> str:
     """Render the page; the same input gives the same bytes."""
-    kinds = _kinds(recording, mechanisms)
+    kinds = joint_kinds(recording, mechanisms)
     marked = _concerned(answer, mechanisms)
     if answer["verdict"] == "unexplained":
         marked = _worst(answer)[:1]
@@ -137,12 +137,6 @@ def _worst(answer: JointAnswer) -> list[str]:
     """Return the joint with the largest share of the misfit."""
     shares = answer["mismatch"]["joints"]
     return [max(shares, key=lambda joint: float(shares[joint]))] if shares else []
-
-
-def _kinds(recording: JointRecording, mechanisms: MechanismUnderTest | None) -> dict[str, str]:
-    if mechanisms is None:
-        return {joint: recording.metadata["mechanism"]["axis"] for joint in recording.joints}
-    return dict(zip(recording.joints, mechanisms.joint_kinds, strict=True))
 
 
 def _units(answer: JointAnswer, joint: str, kind: str) -> tuple[str, str]:

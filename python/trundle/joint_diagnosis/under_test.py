@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle._native import _JointOutcome
+from trundle._native import JointRecording, _JointOutcome
 from trundle._types import JointMotion
 
 if TYPE_CHECKING:
     from trundle.mechanism.drives import Drive
     from trundle.mechanism.simulation import JointLaws
 
-__all__ = ["FittedMechanism", "MechanismUnderTest", "Report"]
+__all__ = ["FittedMechanism", "MechanismUnderTest", "Report", "joint_kinds"]
 
 Floats = NDArray[np.float64]
 Report = Callable[[str, float], object]
@@ -65,3 +65,10 @@ class MechanismUnderTest(Protocol):
     def joint_before(self, body: str) -> str:
         """Return the last recorded joint before a body."""
         ...
+
+
+def joint_kinds(recording: JointRecording, mechanisms: MechanismUnderTest | None) -> dict[str, str]:
+    """Return the kind of each joint, "hinge" or "slide"; `mechanisms` is None for an axis without a model."""
+    if mechanisms is None:
+        return {joint: recording.metadata["mechanism"]["axis"] for joint in recording.joints}
+    return dict(zip(recording.joints, mechanisms.joint_kinds, strict=True))
