@@ -52,7 +52,8 @@ fn _joint_effects(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     plain(py, &catalogue().into_iter().map(entry).collect::<Vec<_>>())
 }
 
-/// The smoothed motion of a recording of joints: joints, bandwidth, and by episode t, (T,), q, v and a, (T, n).
+/// The smoothed motion of a recording of joints: joints, bandwidth, and by episode t, (T,), q, v and a, (T, n), and
+/// causal_q and causal_v, which the samples up to each one tell.
 #[pyfunction]
 fn _joint_motion<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     let py = recording.py();
@@ -68,6 +69,11 @@ fn _joint_motion<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDi
         for (key, series) in [("q", &episode.q), ("v", &episode.v), ("a", &episode.a)] {
             let rows: Vec<Vec<f64>> =
                 (0..episode.times().len()).map(|k| series.iter().map(|joint| joint[k]).collect()).collect();
+            own.set_item(key, PyArray2::from_vec2(py, &rows).map_err(refused)?)?;
+        }
+        for (key, part) in [("causal_q", 0), ("causal_v", 1)] {
+            let at = |k: usize| episode.causal.iter().map(|joint| joint[k][part]).collect();
+            let rows: Vec<Vec<f64>> = (0..episode.times().len()).map(at).collect();
             own.set_item(key, PyArray2::from_vec2(py, &rows).map_err(refused)?)?;
         }
         episodes.set_item(&episode.name, own)?;

@@ -194,12 +194,17 @@ class Answer(TypedDict, total=False):
 
 
 class JointMotionEpisode(TypedDict):
-    """Smoothed motion of an episode: times (T,), s, and positions, velocities and accelerations, (T, n)."""
+    """Smoothed motion of an episode: times (T,), s, and positions, velocities and accelerations, (T, n).
+
+    The causal positions and velocities are those that the samples up to each time tell.
+    """
 
     t: NDArray[np.float64]
     q: NDArray[np.float64]
     v: NDArray[np.float64]
     a: NDArray[np.float64]
+    causal_q: NDArray[np.float64]
+    causal_v: NDArray[np.float64]
 
 
 class JointMotion(TypedDict):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import trundle
-from tests.mechanism_diagnosis.recordings import ARM, arm_recording, log_of
+from tests.mechanism_diagnosis.recordings import ARM, NOMINAL, arm_recording, log_of, recording_of
+from trundle import _native
 from trundle.joint_diagnosis import engine
 
 
@@ -40,3 +42,43 @@ def test_errors_of_positions_that_rise_are_reported(monkeypatch: pytest.MonkeyPa
     (warning,) = [one for one in warnings if "became worse" in one]
     assert "position error in open loop of joint shoulder" in warning
     assert "elbow" not in warning
+
+
+def stepped(t: np.ndarray) -> np.ndarray:
+    """Return positions that follow steps within some 60 ms."""
+    targets = np.where((t // 0.7) % 2 == 0, 0.3, -0.3)
+    q, v, found = 0.0, 0.0, []
+    dt, w = t[1] - t[0], 40.0
+    for target in targets:
+        found.append(q)
+        v += dt * (w * w * (target - q) - 2 * w * v)
+        q += dt * v
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("step", "tolerance"), [(0.0, 0.1), (1.5e-3, 0.3)], ids=["exact", "quantised"])
+def test_causal_velocities_follow_fast_steps(step: float, tolerance: float) -> None:
+    t = np.arange(0.0, 10.0, 0.001)
+    q = stepped(t)
+    recorded = np.round(q / step) * step if step else q
+    metadata = {
+        "format": "trundle-recording/2",
+        "name": "steps",
+        "mechanism": {"axis": "hinge", "joints": ["arm"]},
+    }
+    columns = {"t": t, "q_arm": recorded, "effort_arm": np.sin(t)}
+    own = _native._joint_motion(trundle.JointRecording(metadata, {"one": columns}))["episodes"]["one"]
+    velocity = np.interp(own["t"], t, np.gradient(q, t))
+    error = np.sqrt(np.mean((own["causal_v"][:, 0] - velocity)[100:] ** 2))
+    assert error < tolerance  # velocities reach 8.8 rad/s
+
+
+def test_later_samples_do_not_change_causal_states() -> None:
+    recording = recording_of(NOMINAL)
+    frames = {name: recording.frame(name) for name in recording}
+    frames["e3"].loc[frames["e3"].index[-200:], "q_elbow"] += 1.0
+    changed = trundle.JointRecording(recording.metadata, frames, recording.files)
+    first, second = (_native._joint_motion(one)["episodes"]["e3"] for one in (recording, changed))
+    rows = first["t"] < 6.9
+    np.testing.assert_array_equal(first["causal_v"][rows], second["causal_v"][rows])
+    assert not np.array_equal(first["causal_v"], second["causal_v"])

@@ -191,16 +191,6 @@ fn effort_range(problem: &Problem, fit: &Fit, j: usize) -> f64 {
     range(all.iter())
 }
 
-/// Position and velocity at sample `k`, from a cubic through the samples up to it.
-fn causal_state(episode: &EpisodeData, k: usize) -> Option<[f64; 2]> {
-    let raw = &episode.joints[0].raw[k.saturating_sub(episode.first_stage.half / 2)..=k];
-    let count = raw.len();
-    let time = |i: usize| (i as f64 + 1.0 - count as f64) * episode.dt;
-    let matrix = nalgebra::DMatrix::from_fn(count, 4, |i, power| time(i).powi(power as i32));
-    let found = matrix.svd(true, true).solve(&nalgebra::DVector::from_column_slice(raw), 1e-12).ok()?;
-    Some([found[0], found[1]])
-}
-
 /// Errors within windows, each from a state that earlier samples tell.
 fn window_errors(problem: &Problem, fit: &Fit, episode: &EpisodeData) -> Vec<f64> {
     let series = &episode.joints[0];
@@ -210,7 +200,7 @@ fn window_errors(problem: &Problem, fit: &Fit, episode: &EpisodeData) -> Vec<f64
     let mut errors = vec![];
     let mut from = episode.first_stage.half;
     while from + size < count {
-        let Some(state) = causal_state(episode, from) else { break };
+        let state = series.causal[from];
         let simulated = simulate(problem, fit, episode, (from, from + size), state).unwrap_or_default();
         errors.extend(simulated.iter().zip(&series.raw[from..]).map(|(a, b)| a - b));
         from += size;

@@ -5,6 +5,7 @@
 
 mod answer;
 mod bandwidth;
+mod causal;
 mod children;
 mod common;
 mod cross_validation;

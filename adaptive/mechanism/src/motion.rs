@@ -1,6 +1,7 @@
 //! Smoothed motion of all joints on the uniform times of each episode.
 
 use crate::bandwidth::{Cutoffs, Positions, StageSds, cutoffs, noise};
+use crate::causal::{causal_states, jerk_density};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
 use crate::resample::{Grid, in_gap, interpolated, median_interval};
@@ -31,6 +32,8 @@ pub struct EpisodeMotion {
     pub v: Vec<Vec<f64>>,
     /// Accelerations.
     pub a: Vec<Vec<f64>>,
+    /// Position and velocity that the samples up to each one tell.
+    pub causal: Vec<Vec<[f64; 2]>>,
     /// Whether each sample is usable: away from the ends and from gaps.
     pub(crate) usable: Vec<Vec<bool>>,
 }
@@ -126,13 +129,27 @@ pub fn motion(recording: &JointRecording) -> Result<Motion, MechanismError> {
         let own: Vec<&(Vec<f64>, Vec<f64>)> = streams.iter().map(|episodes| &episodes[k]).collect();
         smooth(recording, k, &own, stages.first)
     };
-    let episodes: Vec<EpisodeMotion> = (0..recording.episodes.len()).map(one).collect();
+    let mut episodes: Vec<EpisodeMotion> = (0..recording.episodes.len()).map(one).collect();
+    add_causal_states(&mut episodes, joints.len());
     let dt =
         episodes.iter().find(|episode| !episode.held_out).map_or(stages.first, |episode| episode.grid.dt);
     let amplification = Kernel::flat(stages.first, dt).noise()[1];
     let velocity_noise = position_noise.iter().map(|sd| sd * amplification).collect();
     let bandwidth = lowest.compared;
     Ok(Motion { joints, episodes, bandwidth, position_noise, velocity_noise, stages, interval })
+}
+
+/// Add the states that earlier samples tell; training episodes alone decide about the filter.
+fn add_causal_states(episodes: &mut [EpisodeMotion], joints: usize) {
+    for j in 0..joints {
+        let training: Vec<&EpisodeMotion> = episodes.iter().filter(|episode| !episode.held_out).collect();
+        let positions: Vec<&[f64]> = training.iter().map(|episode| episode.raw[j].as_slice()).collect();
+        let (density, interval) = (jerk_density(&positions), training.first().map_or(1.0, |e| e.grid.dt));
+        for episode in episodes.iter_mut() {
+            let own = density * (episode.grid.dt / interval).powi(5);
+            episode.causal.push(causal_states(&episode.raw[j], episode.grid.dt, own));
+        }
+    }
 }
 
 /// Largest minus smallest value.
@@ -191,6 +208,7 @@ fn smooth(
         q: vec![],
         v: vec![],
         a: vec![],
+        causal: vec![],
         usable: vec![],
     };
     for (t, q) in streams {

@@ -13,6 +13,8 @@ pub(crate) struct Series {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub a: Vec<f64>,
+    /// Position and velocity that the samples up to each one tell.
+    pub causal: Vec<[f64; 2]>,
     /// Recorded effort or target, unfiltered.
     pub command: Vec<f64>,
     /// Median interval of the recorded effort or target, s; zero without a drive.
@@ -73,6 +75,7 @@ impl Series {
             q: episode.q[j].clone(),
             v: episode.v[j].clone(),
             a: episode.a[j].clone(),
+            causal: episode.causal[j].clone(),
             command: command.unwrap_or_else(zeros),
             interval: median_interval(&record.0).unwrap_or(0.0),
             noise: if drive.is_held() { 0.0 } else { noise(&[Positions { t: &record.0, q: &record.1 }]) },

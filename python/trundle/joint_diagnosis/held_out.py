@@ -26,8 +26,6 @@ MAX_WINDOW_SHARE = 0.1
 """Longest window as a share of the episode."""
 MIN_RANGE_SDS = 10.0
 """Range of a joint's positions, noise standard deviations, below which its relative errors make no sense."""
-CUBIC = 3
-"""Degree of the polynomial through earlier samples that gives the state at the start of a window."""
 COMPLIANT = ("joint_backlash", "joint_elasticity")
 """Effects with a drive that moves on its own, which the simulation at the joints does not have."""
 
@@ -110,7 +108,8 @@ class _Run:
         largest: Floats,
     ) -> None:
         joints = motion["joints"]
-        self.t = motion["episodes"][name]["t"]
+        self.own = motion["episodes"][name]
+        self.t = self.own["t"]
         self.raw = np.stack([one.raw for one in signals], axis=1)
         self.can_simulate = not any(one["kind"] in COMPLIANT for one in model["effects"])
         self.mechanism = mechanisms.fitted(name, model)
@@ -135,12 +134,9 @@ class _Run:
         duration, dt = self.t[-1] - self.t[0], self.t[1] - self.t[0]
         size = max(int(min(WINDOW_S, MAX_WINDOW_SHARE * duration) / dt), 2)
         for start in range(first, len(self.t) - size, size):
-            reach = slice(max(0, start - max(first // 2, CUBIC + 1)), start + 1)
-            if reach.stop - reach.start <= CUBIC:
-                continue
-            state = np.polynomial.polynomial.polyfit(self.t[reach] - self.t[start], self.raw[reach], CUBIC)
             rows = slice(start, start + size)
-            yield self.simulate(rows, state[0], state[1], laws) - self.raw[rows]
+            q, v = self.own["causal_q"][start], self.own["causal_v"][start]
+            yield self.simulate(rows, q, v, laws) - self.raw[rows]
 
 
 def fill_position_figures(answer: JointAnswer, recording: JointRecording, paths: Mapping[str, Path]) -> None:

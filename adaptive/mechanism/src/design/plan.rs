@@ -44,6 +44,7 @@ impl Plan {
                 q: self.q[j].clone(),
                 v: self.v[j].clone(),
                 a: self.a[j].clone(),
+                causal: self.q[j].iter().zip(&self.v[j]).map(|(q, v)| [*q, *v]).collect(),
                 command: vec![0.0; len],
                 interval: recorded.interval,
                 noise: recorded.noise,
