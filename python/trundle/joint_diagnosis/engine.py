@@ -12,6 +12,7 @@ from trundle._types import JointAnswer, JointMotion
 from trundle.black_box import Parameters, parse_parameters
 from trundle.input_checks import require_usable
 from trundle.joint_diagnosis.held_out import Path, axis_paths, fill_position_figures, mechanism_paths
+from trundle.joint_diagnosis.log import import_command, is_log, undriven_warnings
 from trundle.joint_diagnosis.mechanisms import load_mechanisms
 from trundle.joint_diagnosis.model_file import build_model
 from trundle.joint_diagnosis.result import JointDiagnosis
@@ -53,7 +54,7 @@ def diagnose_joints(
 
     `source` is the path of the recording, for the report; `advise` changes experiments of alternatives.
     """
-    warnings = require_usable(recording) if check else []
+    warnings = _input_warnings(recording, source, mjcf, check=check)
     with report_progress(progress, "diagnose") as option:
         report = option or (lambda stage, share: None)
         motion = _native._joint_motion(recording)
@@ -81,6 +82,29 @@ def diagnose_joints(
     fingerprints = inputs(recording=source, mjcf=mjcf)
     page = render_joints(answer, recording, motion, outcome, under_test, paths, command, fingerprints)
     return JointDiagnosis(answer, model, page, paths, recording)
+
+
+def _input_warnings(
+    recording: JointRecording,
+    source: str | os.PathLike[str] | None,
+    mjcf: str | os.PathLike[str] | None,
+    *,
+    check: bool,
+) -> list[str]:
+    """Return doubts about a recording, or about the CSV log that it was read from; refuse mistakes."""
+    if source is None or not is_log(source):
+        return require_usable(recording) if check else []
+    try:
+        return [*undriven_warnings(recording), *(require_usable(recording) if check else [])]
+    except TrundleError as error:
+        if "[effort]" not in str(error):
+            raise
+        gain, signed = f"recording.effort.gain.{recording.joints[0]}=-1.0", "recording.effort.signed=false"
+        raise TrundleError(
+            f"{error}; a CSV log has no [effort] table: change the column, or write a recording with "
+            f"`{import_command(source, mjcf)}` and keys such as `--set {gain}` or `--set {signed}`, and "
+            "diagnose its folder"
+        ) from None
 
 
 def _held_out_metrics(

@@ -46,9 +46,8 @@ def check_joints(spec: Any, name: str, joints: Sequence[str]) -> None:
     }
     for joint in spec.joints:
         if joint.type in reasons:
-            raise TrundleError(
-                f"{name}: body {joint.parent.name!r}: joint {joint.name!r} is {reasons[joint.type]}"
-            )
+            named = f"joint {joint.name!r}" if joint.name else "its joint without a name"
+            raise TrundleError(f"{name}: body {joint.parent.name!r}: {named} is {reasons[joint.type]}")
 
 
 def name_bodies(spec: Any) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from trundle.importers.guess.vocabulary import words
 from trundle.importers.joints.joint_map import merge
 from trundle.importers.layout import SourceError
 
-__all__ = ["JointGuess", "guess_joint_map"]
+__all__ = ["JointGuess", "guess_joint_map", "is_driven"]
 
 EPISODE_WORDS = words("episode run trial take trajectory traj demo rollout")
 COUNTER_WORDS = words("index idx id number no")
@@ -50,15 +50,29 @@ class JointGuess:
         return MapGuess(source, merge(self.settings, given), assignments, [], unused)
 
     @property
+    def undriven(self) -> list[str]:
+        """The joints without an effort or a target."""
+        return [joint for joint in self.settings["joints"] if not is_driven(joint, self.settings["columns"])]
+
+    @property
     def text(self) -> str:
-        """The columns whose names are not those of a recording, as one line; empty if there are none."""
+        """What a reader of the columns' names may not expect, as one line; empty if there is nothing.
+
+        Columns whose names are not those of a recording, unused columns, and joints without a drive.
+        """
         columns = {"t": self.settings["time"], **self.settings["columns"]}
         named = {column: _text(source) for column, source in columns.items()}
         pairs = [f"{column} = {text}" for column, text in named.items() if text != column]
         if (episode := self.settings.get("episode_column")) is not None:
             pairs.append(f"episodes by {episode}")
         unused = f"not used: {', '.join(self.unused)}" if self.unused else ""
-        return "; ".join(filter(None, [", ".join(pairs), unused]))
+        undriven = f"taken as not driven: {', '.join(self.undriven)}" if self.undriven else ""
+        return "; ".join(filter(None, [", ".join(pairs), unused, undriven]))
+
+
+def is_driven(joint: str, columns: Container[str]) -> bool:
+    """Whether a joint has an effort or a target among columns of a recording."""
+    return f"effort_{joint}" in columns or f"target_{joint}" in columns
 
 
 def guess_joint_map(source: Path, table: Table, joints: Sequence[str] | None) -> JointGuess:
