@@ -62,6 +62,9 @@ def test_nothing_is_missing_from_a_correct_model() -> None:
     diagnosis = trundle.diagnose(arm_recording(0.0))
     assert (diagnosis.verdict, diagnosis.missing) == ("consistent", [])
     assert held_out(diagnosis, "before")["relative_position_rmse"] < 0.01
+    assert diagnosis.answer["residual"]["explained"] is None
+    assert "of the misfit remains" not in diagnosis.report
+    assert "The residual is within the noise." in diagnosis.report
 
 
 def test_friction_of_a_free_pendulum_is_found_per_inertia() -> None:

@@ -71,6 +71,8 @@ def diagnose_joints(
         own = under_test.warnings if under_test else []
         unseen = outcome.held_out_warnings(_held_out_metrics(answer, joint_kinds(recording, under_test)))
         answer["warnings"] = [*warnings, *own, *answer["warnings"], *unseen]
+        if not answer["missing"]:
+            answer["residual"]["explained"] = None
         if advise is not None:
             advise(answer, recording)
         report("report", 1.0)

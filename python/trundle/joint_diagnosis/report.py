@@ -13,6 +13,7 @@ from trundle._types import JointAnswer, JointMotion
 from trundle.joint_diagnosis.figures import chain_figure, law_figures, time_figure
 from trundle.joint_diagnosis.held_out import Path, largest_commands
 from trundle.joint_diagnosis.residuals import joint_efforts
+from trundle.joint_diagnosis.symptoms import headline, name_of_effect, residual_sentence, symptoms
 from trundle.joint_diagnosis.under_test import MechanismUnderTest, joint_kinds
 from trundle.report.figures.canvas import Figure
 from trundle.report.jinja import render_template
@@ -70,8 +71,8 @@ def render_joints(
         immaterial=[_effect(one) for one in answer["immaterial"]],
         shares=_shares(answer),
         regime=answer["mismatch"].get("regime"),
-        residual=answer["residual"],
-        residual_share=format_percent(answer["residual"]["share"]),
+        symptoms=symptoms(answer),
+        remains=residual_sentence(answer),
         laws=laws,
         episodes=episodes,
         tied=[join_words(names, "or") for names in answer["tied"]],
@@ -84,28 +85,8 @@ def render_joints(
         command=command,
         version=_native.__version__,
         fingerprints=fingerprints,
-        use=_use(is_model_file=mechanisms is not None and mechanisms.is_model_file),
+        use=_use(answer, is_model_file=mechanisms is not None and mechanisms.is_model_file),
     )
-
-
-def name_of_effect(entry: Mapping[str, Any]) -> str:
-    """Return the effect in words with its joint or body."""
-    words = str(entry["effect"]).removeprefix("joint_").replace("_", " ")
-    where = entry["where"] or {}
-    return " ".join([words, *(f"at {kind} {name}" for kind, name in where.items())])
-
-
-def headline(answer: JointAnswer) -> str:
-    """Return the verdict as one sentence."""
-    if answer["verdict"] == "explained":
-        names = join_words([name_of_effect(one) for one in answer["missing"]])
-        is_probable = all(one["probability"] >= 0.5 for one in answer["missing"])
-        return f"The simulation {'misses' if is_probable else 'may miss'} {names}."
-    return {
-        "consistent": "Nothing is missing: the simulation agrees with the recording.",
-        "reparameterised": "No effect is missing, but the parameter values of the model are wrong.",
-        "unexplained": "Something is missing that no effect in the catalogue explains.",
-    }[answer["verdict"]]
 
 
 def _effect(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -218,8 +199,10 @@ def _nominal(answer: JointAnswer) -> list[tuple[str, list[Any]]]:
     return rows
 
 
-def _use(*, is_model_file: bool) -> dict[str, Any]:
-    """Return the box of ready-made code."""
+def _use(answer: JointAnswer, *, is_model_file: bool) -> dict[str, Any] | None:
+    """Return the box of ready-made code; None if something without a name is missing."""
+    if answer["verdict"] == "unexplained":
+        return None
     source = "\n".join(
         [
             "from trundle.mechanism import MechanismModel",

@@ -10,6 +10,7 @@ from trundle.report.quantity import format_estimate, format_quantity, join_words
 from trundle.report.series import Series, finite
 
 __all__ = [
+    "PLAIN_VERDICTS",
     "before_after",
     "headline",
     "headline_metric",
@@ -19,6 +20,13 @@ __all__ = [
     "tied_with",
     "verdict_scores",
 ]
+
+PLAIN_VERDICTS = {
+    "consistent": "Nothing is missing: the simulation agrees with the recording.",
+    "reparameterised": "No effect is missing, but the parameter values of the simulation are wrong.",
+    "unexplained": "Something is missing that no effect in the catalogue explains.",
+}
+"""Verdicts that name no effect, as sentences."""
 
 _HEADLINE_METRICS = (
     ("position_rmse", "m", "the open-loop position error"),
@@ -39,11 +47,7 @@ def headline(diagnosis: Mapping[str, Any]) -> str:
         return wording.capitalise(_missing_sentence(names, diagnosis))
     if verdict == "consistent" and diagnosis.get("immaterial"):
         return "Nothing that matters for predictions is missing from the simulation."
-    return {
-        "consistent": "Nothing is missing: the simulation agrees with the recording.",
-        "reparameterised": "No effect is missing, but the parameter values of the simulation are wrong.",
-        "unexplained": "Something is missing that no effect in the catalogue explains.",
-    }.get(str(verdict), "No verdict was reached.")
+    return PLAIN_VERDICTS.get(str(verdict), "No verdict was reached.")
 
 
 def _missing_sentence(names: Sequence[str], diagnosis: Mapping[str, Any]) -> str:

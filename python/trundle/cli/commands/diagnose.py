@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from trundle.cli.options import (
     add_backend,
@@ -19,6 +19,9 @@ from trundle.cli.options import (
 from trundle.cli.paths import DIAGNOSIS, Input, check_output, declare
 from trundle.cli.simulator import Simulator, add_simulator, select_simulator
 from trundle.progress import Progress
+
+if TYPE_CHECKING:
+    from trundle._types import JointAnswer
 
 HELP = "Locate where a simulation differs from a recording, and name the missing effects."
 EXAMPLE = "trundle diagnose recording/ --out diagnosis/table"
@@ -201,7 +204,10 @@ def command_line(recording: Path, args: argparse.Namespace) -> str:
 
 def format_answer(answer: Mapping[str, Any], folder: Path) -> list[str]:
     """Format a diagnosis for the terminal."""
+    from trundle.report.verdict import headline
+
     found = [f"{answer['recording']}: {answer['verdict']}"]
+    found += [] if answer["missing"] else [f"  {headline(answer)}"]
     for effect in answer["missing"]:
         found.append(f"  {effect['effect']} (probability {effect['probability']:.2f}): {effect['statement']}")
     found += [
@@ -215,9 +221,13 @@ def format_answer(answer: Mapping[str, Any], folder: Path) -> list[str]:
     return [*found, f"  report: {folder / 'report.html'}"]
 
 
-def format_joint_answer(answer: Mapping[str, Any], folder: Path) -> list[str]:
+def format_joint_answer(answer: JointAnswer, folder: Path) -> list[str]:
     """Format a diagnosis of joints for the terminal."""
+    from trundle.joint_diagnosis.symptoms import headline, symptoms
+
     found = [f"{answer['recording']}: {answer['verdict']}"]
+    found += [] if answer["missing"] else [f"  {headline(answer)}"]
+    found += [f"  {name}: {text}" for name, text in symptoms(answer)]
     for effect in answer["missing"]:
         name = ":".join([effect["effect"], *(effect["where"] or {}).values()])
         found.append(f"  {name} (probability {effect['probability']:.2f}): {effect['statement']}")
