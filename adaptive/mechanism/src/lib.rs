@@ -28,6 +28,7 @@ mod motion;
 mod moves;
 mod others;
 mod outcome;
+mod payload_statement;
 mod periodogram;
 mod play;
 mod problem;

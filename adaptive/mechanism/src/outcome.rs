@@ -5,6 +5,7 @@ use crate::figures::{EpisodeErrors, OpenLoop, episode_errors, open_loop};
 use crate::fit::Fit;
 use crate::laws::{JointSample, Law, law_terms};
 use crate::model::{Effect, Kind};
+use crate::payload_statement::state_payloads;
 use crate::problem::Problem;
 use crate::warnings::held_out_warnings;
 use std::collections::BTreeMap;
@@ -24,7 +25,8 @@ pub struct JointOutcome {
 }
 
 impl JointOutcome {
-    pub(crate) fn new(problem: &Problem, answer: JointAnswer, before: Fit, after: Fit) -> Self {
+    pub(crate) fn new(problem: &Problem, mut answer: JointAnswer, before: Fit, after: Fit) -> Self {
+        state_payloads(problem, &after, &mut answer);
         let held_out = problem.episodes.iter().filter(|episode| episode.held_out);
         let of = |episode| [&before, &after].map(|fit| open_loop(problem, fit, episode));
         let predictions = held_out.map(|episode| (episode.name.clone(), of(episode))).collect();

@@ -37,7 +37,7 @@ fn with_known_parts(text: &str) -> String {
 }
 
 /// `1.23 ± 0.05 N`: digits down to the second of the standard deviation.
-fn shown(quantity: &Quantity) -> String {
+pub(crate) fn shown(quantity: &Quantity) -> String {
     let digits = if quantity.sd > 0.0 && quantity.sd.is_finite() {
         (1.0 - quantity.sd.log10().floor()).clamp(0.0, 9.0)
     } else {
