@@ -127,7 +127,7 @@ def test_a_commanded_effort_is_declared(tmp_path: Path) -> None:
 
 def test_a_time_in_two_columns(tmp_path: Path) -> None:
     found = guess(tmp_path / "log.csv", "stamp.secs,stamp.nsecs,elbow_pos")
-    assert found.text == "t = stamp.secs + stamp.nsecs in ns, q_elbow = elbow_pos"
+    assert found.text == "t = stamp.secs + stamp.nsecs in ns, q_elbow = elbow_pos; taken as not driven: elbow"
 
 
 def test_a_guessed_map_imports_a_log(tmp_path: Path) -> None:
