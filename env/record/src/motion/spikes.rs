@@ -1,7 +1,8 @@
 //! Detection of spikes: poses that disagree with the motion before them and with the motion after them.
 //!
 //! After an impact or a sudden stop, a valid pose disagrees with the motion before it but agrees with the motion after it.
-//! A spike disagrees with both, in the same direction.
+//! A spike disagrees with both, in the same direction. How jerky a motion is does not depend on the direction of time, so
+//! that both directions have one intensity of the jerk. Otherwise one of them may explain a rest as a row of spikes.
 
 use super::intensity::maximize;
 use super::kalman::{Axis, Estimate, LogSum, Update};
@@ -35,10 +36,11 @@ fn spikes_on_axis(t: &[f64], z: &[f64], sd: f64) -> Vec<usize> {
     if z.iter().all(|value| *value == z[0]) {
         return vec![];
     }
-    let before = normalized_innovations(t, z, sd);
     let reversed: Vec<f64> = t.iter().rev().map(|t| -t).collect();
     let mirrored: Vec<f64> = z.iter().rev().copied().collect();
-    let mut after = normalized_innovations(&reversed, &mirrored, sd);
+    let axes = [Axis::new(t, z, sd, None), Axis::new(&reversed, &mirrored, sd, None)];
+    let jerk = maximize(|jerk| axes.iter().map(|axis| gated_log_likelihood(axis, jerk, |_| ())).sum());
+    let [before, mut after] = axes.map(|axis| normalized_innovations(&axis, jerk));
     after.reverse();
     let spike = |(a, b): (&Option<f64>, &Option<f64>)| match (a, b) {
         (Some(a), Some(b)) => a.abs().min(b.abs()) > GATE_SD && a * b > 0.0,
@@ -49,11 +51,9 @@ fn spikes_on_axis(t: &[f64], z: &[f64], sd: f64) -> Vec<usize> {
 }
 
 /// Normalised innovation of each pose given the poses before it; `None` if the prediction is too uncertain.
-fn normalized_innovations(t: &[f64], z: &[f64], sd: f64) -> Vec<Option<f64>> {
-    let axis = Axis::new(t, z, sd, None);
-    let jerk = maximize(|jerk| gated_log_likelihood(&axis, jerk, |_| ()));
-    let mut scores = Vec::with_capacity(t.len());
-    gated_log_likelihood(&axis, jerk, |update| {
+fn normalized_innovations(axis: &Axis, jerk: f64) -> Vec<Option<f64>> {
+    let mut scores = Vec::with_capacity(axis.t.len());
+    gated_log_likelihood(axis, jerk, |update| {
         let known = update.innovation_variance < MAX_INNOVATION_VARIANCE_RATIO * axis.variance;
         scores.push(known.then(|| update.innovation / update.innovation_variance.sqrt()));
     });

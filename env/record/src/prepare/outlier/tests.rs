@@ -5,6 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::*;
 
 const SD: [f64; 3] = [5e-4, 5e-4, 1.7e-3];
+const SLOW_SD: [f64; 3] = [2e-4, 2e-4, 7e-4];
 
 /// Six seconds at 60 Hz: rest, then a push with a sudden start, a rotation and a sudden stop.
 fn clean(seed: u64) -> (Vec<f64>, Vec<[f64; 3]>) {
@@ -54,6 +55,34 @@ fn a_constant_false_pose_is_found() {
         }
         let found: Vec<usize> = (first..=last).collect();
         assert_eq!(outliers(&classify(&t, &pose, &SD, &SD)), found);
+    }
+}
+
+/// Three seconds at 10 Hz: a rest, a sudden start at `start`, s, and a glide that drag slows down.
+fn blow(seed: u64, start: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = |sd: f64| -> f64 {
+        let z: f64 = StandardNormal.sample(&mut rng);
+        sd * z
+    };
+    let t: Vec<f64> = (0..32).map(|i| 0.1 * f64::from(i)).collect();
+    let pose = |&t: &f64| {
+        let way = 1.0 - (-0.6 * (t - start).max(0.0)).exp();
+        [draw(SLOW_SD[0]) - 0.37 * way, draw(SLOW_SD[1]) + 0.6 * way, draw(SLOW_SD[2]) + 0.01 * way]
+    };
+    let poses = t.iter().map(pose).collect();
+    (t, poses)
+}
+
+/// A single pose before a sudden start could also be a spike.
+#[test]
+fn resting_poses_before_a_blow_are_valid() {
+    for seed in 0..40 {
+        for resting in 2..=10 {
+            let (t, pose) = blow(seed, 0.1 * f64::from(resting) - 0.06);
+            let found = outliers(&classify(&t, &pose, &SLOW_SD, &SLOW_SD));
+            assert_eq!(found, Vec::<usize>::new(), "seed {seed}, {resting} poses at rest");
+        }
     }
 }
 
