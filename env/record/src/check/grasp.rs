@@ -1,7 +1,6 @@
 //! Checks of the grasp: slip, and the distance of the gripper from the object.
 
 use nalgebra::{DMatrix, DVector};
-use trundle_model::Fixture;
 
 use crate::metadata::{Contact, Frame, Reference};
 use crate::prepare::{WrenchSample, median, quantile};
@@ -30,21 +29,22 @@ fn is_referred_to_gripper(input: &CheckInput) -> bool {
     input.data.reference() == Reference::Sensor && !input.data.meta.on_rail() && input.data.size > 0.0
 }
 
-/// Poses of the gripper in the object frame from contact on: x, y, angle.
-fn gripper_poses(episode: &EpisodeData) -> Vec<[f64; 3]> {
-    episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact).map(|w| w.frame).collect()
+/// Whether a reading shows a load. Only a load shows that the gripper touches the object: a pushed object may slide away.
+pub(crate) fn is_loaded(input: &CheckInput, wrench: &WrenchSample) -> bool {
+    let (noise, [x, y, torque]) = (&input.data.dataset.noise, wrench.reading);
+    x.hypot(y) > MIN_LOAD_SD * noise.force || torque.abs() > MIN_LOAD_SD * noise.torque
+}
+
+/// Wrench samples under load from contact on.
+fn loaded<'a>(input: &'a CheckInput, episode: &'a EpisodeData) -> impl Iterator<Item = &'a WrenchSample> {
+    let from_contact = episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact);
+    from_contact.filter(|w| is_loaded(input, w))
 }
 
 /// Wrench samples under load, split into separate grasps. A gripper without load may have released the object.
 fn grasps(input: &CheckInput, episode: &EpisodeData) -> Vec<Vec<WrenchSample>> {
-    let noise = &input.data.dataset.noise;
-    let is_loaded = |[x, y, torque]: [f64; 3]| {
-        x.hypot(y) > MIN_LOAD_SD * noise.force || torque.abs() > MIN_LOAD_SD * noise.torque
-    };
     let (mut grasps, mut last) = (vec![], f64::NEG_INFINITY);
-    for w in
-        episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact && is_loaded(w.reading))
-    {
+    for w in loaded(input, episode) {
         if w.t - last > MAX_UNLOADED_TIME_S {
             grasps.push(vec![]);
         }
@@ -162,14 +162,14 @@ fn asynchrony(episode: &EpisodeData) -> f64 {
     2.0 * quantile(steps, 0.95).unwrap_or(0.0)
 }
 
-/// Checks for a gripper that is too far from the footprint during contact.
+/// Checks for a gripper that is too far from the footprint under load.
 pub(crate) fn out_of_reach(input: &CheckInput) -> Vec<Finding> {
     if !is_referred_to_gripper(input) || input.data.meta.wrench.frame == Frame::Object {
         return vec![];
     }
+    let body = &input.data.dataset.body;
     let distance = |episode: &EpisodeData| {
-        let frames = gripper_poses(episode);
-        median(frames.iter().map(|f| distance_from_shape(&input.data.dataset.body.fixtures, [f[0], f[1]])))
+        median(loaded(input, episode).map(|w| body.outside([w.frame[0], w.frame[1]]).0))
     };
     let far =
         |episode: &&EpisodeData| distance(episode).is_some_and(|d| d > MAX_REACH_SIZES * input.data.size);
@@ -185,22 +185,11 @@ pub(crate) fn out_of_reach(input: &CheckInput) -> Vec<Finding> {
 
 fn reach_finding(input: &CheckInput, episode: &EpisodeData, distance: Option<f64>) -> Finding {
     let sentence = format!(
-        "during contact the gripper is {:.3} m away from the footprint, whose size is {:.3} m",
+        "under load the gripper is {:.3} m away from the footprint, whose size is {:.3} m",
         distance.unwrap_or(0.0),
         input.data.size
     );
     let remedy = "check that footprint and poses are in metres, and that the footprint is given in the frame that the \
                   tracker reports";
     Finding::new("place", Severity::Error, sentence, remedy).in_episode(episode.name())
-}
-
-/// Approximate distance of a point from the shape, m: the distance from the nearest corner or disc. Too large by at most the
-/// size of the shape.
-fn distance_from_shape(shape: &[Fixture], point: [f64; 2]) -> f64 {
-    let from = |corner: &[f64; 2]| (corner[0] - point[0]).hypot(corner[1] - point[1]);
-    let distance = |fixture: &Fixture| match fixture {
-        Fixture::Polygon { vertices, .. } => vertices.iter().map(from).fold(f64::INFINITY, f64::min),
-        Fixture::Disc { center, radius, .. } => from(center) - radius,
-    };
-    shape.iter().map(distance).fold(f64::INFINITY, f64::min).max(0.0)
 }
