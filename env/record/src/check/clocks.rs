@@ -22,6 +22,9 @@ const MIN_LAG_SD: f64 = 10.0;
 const MIN_UNSUPPORTED_LAG_SD: f64 = 12.0;
 /// Minimum of such a lag in steps of the slower stream.
 const MIN_UNSUPPORTED_LAG_STEPS: f64 = 0.3;
+/// Minimum of a negative lag in steps of the slower stream. Sampled poses do not show when between two samples an impact
+/// occurred, and smoothing spreads its acceleration over them.
+const MIN_EARLY_LAG_STEPS: f64 = 0.5;
 /// Minimum inertial share of the force for [`MIN_INERTIAL_LAG_SD`].
 const MIN_INERTIAL_SHARE: f64 = 0.2;
 /// Minimum of a positive lag in its standard deviations, if the force is largely inertial. Friction and smoothing mimic
@@ -31,6 +34,9 @@ const MIN_INERTIAL_LAG_SD: f64 = 6.5;
 const MIN_JUMP_STEPS: f64 = 3.0;
 /// Minimum factor by which a jump reduces the misfit of its episode.
 const MIN_JUMP_GAIN: f64 = 3.0;
+/// Minimum size of a jump in its standard deviations: the 99 % quantile of Student's t of three windows, the usual number on
+/// either side.
+const MIN_JUMP_SD: f64 = 9.9;
 /// Minimum number of windows before and after a jump.
 const MIN_JUMP_WINDOWS: usize = 2;
 /// Minimum factor by which a separate lag reduces the misfit of a whole episode.
@@ -78,8 +84,9 @@ pub(crate) fn lag(input: &CheckInput) -> Vec<Finding> {
     let is_supported = deviations > MIN_LAG_SD && constant < MAX_CONSTANT_LAG_RATIO * without_lag;
     let is_inertial = delay > 0.0 && inertial_share(input).is_some_and(|share| share > MIN_INERTIAL_SHARE);
     let min_deviations = if is_inertial { MIN_INERTIAL_LAG_SD } else { MIN_UNSUPPORTED_LAG_SD };
-    if !is_supported
-        && (deviations < min_deviations || delay.abs() < MIN_UNSUPPORTED_LAG_STEPS * slower_step(input))
+    let steps = delay.abs() / slower_step(input).max(f64::MIN_POSITIVE);
+    if (!is_supported && (deviations < min_deviations || steps < MIN_UNSUPPORTED_LAG_STEPS))
+        || (delay < 0.0 && steps < MIN_EARLY_LAG_STEPS)
     {
         return vec![];
     }
@@ -135,7 +142,9 @@ fn clock_jumps(input: &CheckInput, lag: &Lag) -> Vec<(f64, Finding)> {
         let min_size = MIN_JUMP_STEPS * lag.step;
         // An impact between two samples can shift the lag of a single episode by up to a sample.
         let min_size = if jump.window == 0 { min_size.max(slower_step(input)) } else { min_size };
-        if size.abs() < min_size || jump.gain < min_gain || (jump.window > 0 && !is_inside) {
+        let is_determined = size.abs() > MIN_JUMP_SD * jump.sd;
+        if size.abs() < min_size || jump.gain < min_gain || !is_determined || (jump.window > 0 && !is_inside)
+        {
             return None;
         }
         let words = if jump.window > 0 {

@@ -3,6 +3,8 @@
 //! Here the fit of the wrench has no bounds: mass, damping and friction may have any sign. Otherwise a lag could compensate
 //! for an active bound.
 
+use std::ops::Range;
+
 use nalgebra::{Cholesky, DVector, Dyn};
 
 use super::dynamics::{Blocks, LoadTransform, NormalEquations, Readings, WINDOWS_PER_EPISODE};
@@ -44,6 +46,10 @@ pub(crate) struct Jump {
     pub window: usize,
     /// Residual sum of squares with the common lag relative to that with the lags of the episode.
     pub gain: f64,
+    /// Standard deviation of the jump, or of the lag of an episode without a jump, s, by a jackknife over windows. Errors of
+    /// the motion and of the body's model can mimic a lag in one window, as at an impact, but not the same lag in several.
+    /// Infinite if less than two windows show a lag.
+    pub sd: f64,
 }
 
 /// Maximum misfit with drift or jumps, relative to that with a constant lag, for their use.
@@ -254,23 +260,84 @@ fn jumps(grid: &Grid, solver: &Solver, at: usize) -> (Vec<Jump>, Vec<usize>) {
                 };
                 let squares: Vec<f64> = (0..grid.lags.len()).map(square).collect();
                 let k = argmin(&squares);
-                (k, squares[k], squares[at])
+                (k, squares[k])
             };
             let whole = over(0, WINDOWS_PER_EPISODE);
             let splits = (1..WINDOWS_PER_EPISODE).map(|k| (k, over(0, k), over(k, WINDOWS_PER_EPISODE)));
             let best = splits.min_by(|a, b| (a.1.1 + a.2.1).total_cmp(&(b.1.1 + b.2.1)));
             let Some((window, before, after)) = best else { continue };
-            let (window, before, after, square) = if before.1 + after.1 < MAX_VARYING_LAG_RATIO * whole.1 {
-                (window, before.0, after.0, before.1 + after.1)
+            let (window, before, after) = if before.1 + after.1 < MAX_VARYING_LAG_RATIO * whole.1 {
+                (window, before.0, after.0)
             } else {
-                (0, whole.0, whole.0, whole.1)
+                (0, whole.0, whole.0)
             };
             for w in 0..WINDOWS_PER_EPISODE {
                 lag[first + w] = if w < window { before } else { after };
             }
-            let gain = whole.2.max(0.0) / square.max(f64::MIN_POSITIVE);
-            jumps.push(Jump { before: grid.lags[before], after: grid.lags[after], window, gain });
+            let square = |w: usize| {
+                let k = if w < window { before } else { after };
+                (
+                    grid.square(&coefficients, quadratic[first + w], at, first + w),
+                    grid.square(&coefficients, quadratic[first + w], k, first + w),
+                )
+            };
+            let (common, own) = (0..WINDOWS_PER_EPISODE)
+                .map(square)
+                .fold((0.0, 0.0), |sum, square| (sum.0 + square.0, sum.1 + square.1));
+            let gain = common.max(0.0) / own.max(f64::MIN_POSITIVE);
+            let profile = |w: usize| -> Vec<f64> {
+                let of = |k: usize| grid.square(&coefficients, quadratic[first + w], k, first + w);
+                (0..grid.lags.len()).map(of).collect()
+            };
+            let shows_lag = |w: &usize| grid.total[at][first + w] > 0.0;
+            let sd_of = |windows: Range<usize>| {
+                grid.step() * jackknife_sd(&windows.filter(shows_lag).collect::<Vec<_>>(), profile)
+            };
+            // The window before `window` may contain the jump itself, so that neither lag holds there.
+            let sd = if window == 0 {
+                sd_of(0..WINDOWS_PER_EPISODE)
+            } else {
+                sd_of(0..window - 1).hypot(sd_of(window..WINDOWS_PER_EPISODE))
+            };
+            jumps.push(Jump { before: grid.lags[before], after: grid.lags[after], window, gain, sd });
         }
     }
     (jumps, lag)
+}
+
+/// Standard deviation of the vertex of `profile`, in steps, by a jackknife over `windows`. Infinite for fewer than two.
+fn jackknife_sd(windows: &[usize], profile: impl Fn(usize) -> Vec<f64>) -> f64 {
+    let n = windows.len() as f64;
+    if windows.len() < 2 {
+        return f64::INFINITY;
+    }
+    let profiles: Vec<Vec<f64>> = windows.iter().map(|&w| profile(w)).collect();
+    let without = |left_out: usize| {
+        let kept = profiles.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, profile)| profile);
+        let sum = kept.fold(vec![0.0; profiles[0].len()], |sum, profile| {
+            sum.iter().zip(profile).map(|(a, b)| a + b).collect()
+        });
+        vertex(&sum).0
+    };
+    let lags: Vec<f64> = (0..windows.len()).map(without).collect();
+    let mean = lags.iter().sum::<f64>() / n;
+    ((n - 1.0) / n * lags.iter().map(|lag| (lag - mean).powi(2)).sum::<f64>()).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lag_that_one_window_shows_is_undetermined() {
+        let parabola = |at: f64, weight: f64| -> Vec<f64> {
+            (0..=100).map(|k| weight * (f64::from(k) - at).powi(2)).collect()
+        };
+        let agreeing = |w: usize| parabola(70.0 + 0.1 * w as f64, 1.0);
+        assert!(jackknife_sd(&[3, 4, 5], agreeing) < 0.2);
+        // The start of a push with an impact, and a window that depends little on the lag.
+        let impact = |w: usize| if w == 0 { parabola(85.0, 50.0) } else { parabola(51.0, 0.01) };
+        assert!(jackknife_sd(&[0, 1], impact) > 10.0);
+        assert!(jackknife_sd(&[0], impact).is_infinite());
+    }
 }
