@@ -32,26 +32,25 @@ use input::CheckInput;
 
 type Check = fn(&CheckInput) -> Vec<Finding>;
 
-const CHECKS: [Check; 20] = [
-    units::lengths_and_gains,
-    units::object_angles,
-    units::torques,
+/// Checks of the units and of the tare. An error in them falsifies the motion or the load.
+const QUANTITIES: [Check; 5] =
+    [units::lengths_and_gains, units::object_angles, units::torques, gripper::angles, tare::missing];
+
+/// Checks that relate poses, wrench and footprint. With a wrong motion or load, their findings would be consequences of
+/// that error.
+const RELATIONS: [Check; 6] =
+    [gripper::frozen, axes::axes, clocks::lag, episodes::other_object, grasp::slip, grasp::out_of_reach];
+
+/// Checks of a single stream.
+const STREAMS: [Check; 9] = [
     units::noise,
-    gripper::angles,
-    gripper::frozen,
-    axes::axes,
     instruments::unsigned,
-    clocks::lag,
     clocks::overlap,
     gaps::gaps,
     tare::load_before_contact,
     tare::inconsistent,
-    tare::missing,
-    episodes::other_object,
     instruments::clipping,
     instruments::masked,
-    grasp::slip,
-    grasp::out_of_reach,
     excitation::excitation,
 ];
 
@@ -63,7 +62,12 @@ pub fn check(recording: &Recording) -> Vec<Finding> {
         Err(error) => return vec![unusable(error)],
     };
     let input = CheckInput::new(recording, &dataset);
-    let mut findings: Vec<Finding> = CHECKS.iter().flat_map(|check| check(&input)).collect();
+    let run = |checks: &[Check]| checks.iter().flat_map(|check| check(&input)).collect::<Vec<Finding>>();
+    let mut findings = run(&QUANTITIES);
+    if findings.iter().all(|finding| finding.severity != Severity::Error) {
+        findings.extend(run(&RELATIONS));
+    }
+    findings.extend(run(&STREAMS));
     findings.sort_by_key(|finding| finding.severity);
     findings
 }

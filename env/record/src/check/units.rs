@@ -36,23 +36,32 @@ pub(crate) fn lengths_and_gains(input: &CheckInput) -> Vec<Finding> {
 fn lengths(input: &CheckInput) -> Vec<Finding> {
     let evidence = LengthEvidence::new(input);
     let stated = evidence.score(1.0, 1.0);
-    let units = LENGTH_UNITS.iter().flat_map(|unit| [(unit, unit.0), (unit, 1.0)]);
-    let scored = units.map(|(unit, outline)| (evidence.score(unit.0, outline), unit, outline));
-    let Some((score, unit, outline)) = scored.max_by(|a, b| a.0.total_cmp(&b.0)) else { return vec![] };
+    // The unit of all lengths, of the positions only, or of the footprint only.
+    let units = LENGTH_UNITS.iter().flat_map(|unit| {
+        let metres = unit.0;
+        [
+            (unit, [metres, metres], "lengths and positions"),
+            (unit, [metres, 1.0], "positions"),
+            (unit, [1.0, metres], "lengths of the object"),
+        ]
+    });
+    let scored = units
+        .map(|(unit, [positions, outline], what)| (evidence.score(positions, outline) + unit.4, unit, what));
+    let Some((score, unit, what)) = scored.max_by(|a, b| a.0.total_cmp(&b.0)) else { return vec![] };
     if score < stated + MIN_LOG_ODDS {
         return vec![];
     }
-    let what = if outline == 1.0 { "positions" } else { "lengths and positions" };
     let sentence = format!("{what} appear to be in {}: {}", unit.1, evidence.text());
     let remedy = format!("{} all {what} by {}: the format uses metres", unit.2, unit.3);
     vec![Finding::new("units", Severity::Error, sentence, &remedy)]
 }
 
-/// Units of length: metres per unit, name, and operation and factor of the conversion.
-const LENGTH_UNITS: [(f64, &str, &str, &str); 3] = [
-    (0.001, "millimetres", "divide", "1000"),
-    (0.01, "centimetres", "divide", "100"),
-    (METRES_PER_INCH, "inches", "multiply", "0.0254"),
+/// Units of length: metres per unit, name, operation and factor of the conversion, and log-odds before the data. Trackers
+/// and drawings in inches are assumed ten times as rare as metric ones.
+const LENGTH_UNITS: [(f64, &str, &str, &str, f64); 3] = [
+    (0.001, "millimetres", "divide", "1000", 0.0),
+    (0.01, "centimetres", "divide", "100", 0.0),
+    (METRES_PER_INCH, "inches", "multiply", "0.0254", -2.3),
 ];
 /// Minimum log-odds of another unit relative to metres.
 const MIN_LOG_ODDS: f64 = 8.0;
