@@ -70,6 +70,20 @@ impl Mistake {
         }
     }
 
+    /// Number of statements about the wrench that are wrong. Each must help as much as a single one: the data may hardly
+    /// depend on one of them, such as the reference in a push without torque.
+    fn changes(&self, stated: Convention) -> i32 {
+        match *self {
+            Self::None => 0,
+            Self::Frame { frame, reference, negative } => {
+                i32::from(frame != stated.frame)
+                    + i32::from(reference != stated.reference)
+                    + i32::from(negative)
+            }
+            _ => 1,
+        }
+    }
+
     fn convention(&self, stated: Convention) -> Convention {
         match *self {
             Self::Frame { frame, reference, .. } => Convention { frame, reference, ..stated },
@@ -226,7 +240,9 @@ fn search(data: &RecordingData, all: &[ConventionBlocks], start: &Fit) -> Mistak
     }
     for other in others {
         for mistake in mistakes_of(other.convention) {
-            consider(mistake, FRAME_PENALTY * share(other, &mistake));
+            let further = (mistake.changes(stated.convention) - 1).max(0);
+            let penalty = FRAME_PENALTY * MIN_IMPROVEMENT.powi(further);
+            consider(mistake, penalty * share(other, &mistake));
         }
     }
     match best.0 {
