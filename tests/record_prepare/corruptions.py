@@ -247,6 +247,9 @@ CORRUPTIONS: dict[str, Corruption] = {
     "positions in centimetres": Corruption(
         scaled(dict.fromkeys(LENGTHS, 100.0)), ("units",), ("positions appear to be in centimetres",), PUSH
     ),
+    "footprint in centimetres": Corruption(
+        scaled({}, footprint=100.0), ("units",), ("lengths of the object appear to be in centimetres",), PUSH
+    ),
     "N cm": Corruption(scaled({"torque": 100.0}), ("units",), ("N cm",), GRASP),
     "N mm": Corruption(scaled({"torque": 1000.0}), ("units",), ("N mm",), GRASP),
     "kgf against a weighed mass": Corruption(
@@ -286,6 +289,9 @@ CORRUPTIONS: dict[str, Corruption] = {
     ),
     "no wrench for 1 s": Corruption(gap(("force", "torque")), ("gaps",), ("no wrench sample",), PUSH),
     "frozen gripper": Corruption(frozen, ("gripper",), ("is frozen",), GRASP),
+    "frozen gripper of a pusher": Corruption(
+        frozen, ("gripper",), ("is frozen",), {**SENSOR, "contact": "point"}
+    ),
     "another object in one episode": Corruption(
         another_object, ("episodes",), ("another object",), {**GRASP, "raw": False, "sign": "on_object"}
     ),

@@ -62,7 +62,7 @@ def key(corruption: Corruption) -> tuple[tuple[str, Any], ...]:
 
 @pytest.mark.parametrize("corruption", CORRUPTIONS.values(), ids=CORRUPTIONS.keys())
 def test_each_corruption_is_found_with_its_remedy(corruption: Corruption) -> None:
-    clean = short(corruption.chosen.get("frame", "sensor"))
+    clean = short(corruption.chosen.get("frame", "sensor"), corruption.chosen.get("contact", "grasp"))
     findings = check(corruption, clean)
     assert corruption.found(findings), findings
     kinds = [(finding.kind, finding.sentence) for finding in warned(findings)]

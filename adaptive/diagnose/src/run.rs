@@ -20,7 +20,7 @@ use crate::series::{self, Series};
 use crate::thresholds::max_given_cost;
 use crate::units;
 use crate::verdict::{NamedModel, right_law_probability, verdict as verdict_of};
-use crate::warnings::warnings;
+use crate::warnings::{harmful_effects, neglected_lack_of_fit, warnings};
 use std::collections::{BTreeMap, BTreeSet};
 use trundle_infer::{Fit, InferError, Watch, unscored_time};
 use trundle_model::{Model, Scales};
@@ -254,6 +254,12 @@ fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<
 
     // If no known effect explains the data, an experiment between known effects is not informative.
     let designing = matches!(verdict, Verdict::Consistent | Verdict::Explained);
+    let mut doubts = warnings(engine, before, after, verdict == Verdict::Explained)?;
+    if !data.held_out.is_empty() {
+        doubts.extend(harmful_effects(&missing));
+    }
+    let unseen = error_metrics.held_out.as_ref().map(|pair| &pair.after);
+    doubts.extend(neglected_lack_of_fit(verdict, found.before, engine.observations(), unseen));
     let competing = competing_models(engine, (&found, &probabilities), best, designing, watch)?;
     let answer = Answer {
         format: "trundle-diagnosis/1",
@@ -274,7 +280,7 @@ fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<
             },
             ..residual_summary(engine, residual_model, [found.before, lack], missing_named)?
         },
-        warnings: warnings(engine, before, after, verdict == Verdict::Explained)?,
+        warnings: doubts,
         wrench_pose: data.wrench_pose,
         alternatives: competing.alternatives,
         certificates: competing.certificates,

@@ -1,15 +1,18 @@
 //! Warnings about a diagnosis. Held-out episodes are scored here for the last time and change no verdict.
 
+use crate::answer::{MissingEffect, Verdict};
 use crate::engine::Engine;
 use crate::fitted_model::FittedModel;
-use trundle_infer::InferError;
+use crate::lack_of_fit::LackOfFit;
+use trundle_infer::{InferError, Score};
 use trundle_record::Prepared;
 
 /// Ratio of a held-out episode's error one second ahead to the largest error of a fitted one, above which it
 /// counts as unlike the fitted ones. With six fitted episodes of one distribution and a standard deviation of
 /// 0.4 of the error's logarithm, fewer than one episode in a hundred exceeds it.
 const MAX_HELD_OUT_ERROR_RATIO: f64 = 3.0;
-/// Ratio of a held-out error metric after to before above which it counts as worse.
+/// Ratio of a held-out error metric after to before above which it counts as worse. A log density counts as worse if it
+/// falls as much as by errors that are larger by this ratio.
 const MIN_WORSE_RATIO: f64 = 1.05;
 /// Number of training episodes below which cross-validation is unreliable.
 const MIN_TRAINING_EPISODES: usize = 6;
@@ -66,6 +69,7 @@ pub(crate) fn warnings(
             after,
         });
         found.extend(worse_metrics(&metrics));
+        found.extend(lower_density(&old, &new));
     }
     Ok(found)
 }
@@ -79,6 +83,46 @@ pub fn unlike_training(episode: &str, metric: &str, error: f64, largest: f64, ca
             "{episode} (held out) behaves unlike the training episodes: its {metric} is {:.1} times their largest; \
              check whether {cause} changed",
             error / largest
+        )
+    })
+}
+
+/// Warnings about named effects without which held-out episodes are predicted better.
+pub(crate) fn harmful_effects(missing: &[MissingEffect]) -> Vec<String> {
+    let harmful = |effect: &MissingEffect| {
+        let explains = effect.explains.filter(|share| *share < 1.0 - MIN_WORSE_RATIO)?;
+        Some(format!(
+            "{} makes predictions of held-out episodes worse: their misfit is {:.2} times that of a refit without it; \
+             the law may be a similar one that the catalogue lacks",
+            effect.effect,
+            1.0 - explains
+        ))
+    };
+    missing.iter().filter_map(harmful).collect()
+}
+
+/// A warning about a consistent verdict although the lack of fit of the nominal model is significant. The verdict neglects
+/// it because its prediction errors on training episodes are immaterial; `fit` reports it.
+pub(crate) fn neglected_lack_of_fit(
+    verdict: Verdict,
+    lack: Option<LackOfFit>,
+    observations: usize,
+    held_out: Option<&Score>,
+) -> Option<String> {
+    let is_neglected =
+        verdict == Verdict::Consistent && lack.is_some_and(|lack| lack.is_significant(observations));
+    is_neglected.then(|| {
+        let unseen = held_out.and_then(|score| Some((score.position_rmse?, score.r2?)));
+        let unseen = unseen.map_or(String::new(), |(error, share)| {
+            format!(
+                "; in open loop it predicts held-out episodes with a position error of {error:.3} m and {:.0} % of the \
+                 variance of their motion",
+                100.0 * share
+            )
+        });
+        format!(
+            "the residual of the nominal model is more than noise (`trundle fit` says that the model does not explain \
+             these data), but no effect predicts one second ahead materially better{unseen}"
         )
     })
 }
@@ -108,6 +152,16 @@ pub fn worse_metrics(metrics: &[ErrorMetric]) -> Option<String> {
     (!all.is_empty()).then(|| format!("held-out error metrics became worse: {}", all.join(", ")))
 }
 
+/// A warning about a lower density of held-out poses.
+fn lower_density(before: &Score, after: &Score) -> Option<String> {
+    let (before, after) = (before.log_predictive_density?, after.log_predictive_density?);
+    (before - after > MIN_WORSE_RATIO.ln()).then(|| {
+        format!(
+            "held-out poses became less probable, log density of a pose: {before:.2} before, {after:.2} after"
+        )
+    })
+}
+
 /// A value with three significant digits.
 fn significant(value: f64) -> String {
     let digits = (2.0 - value.abs().max(f64::MIN_POSITIVE).log10().floor()).clamp(0.0, 9.0) as usize;
@@ -120,7 +174,7 @@ mod tests {
     use super::*;
     use crate::engine::own::Own;
     use trundle_fixtures::{World, effect, locked};
-    use trundle_infer::Quiet;
+    use trundle_infer::{Channels, Quiet};
     use trundle_model::Kind;
 
     #[test]
@@ -150,5 +204,41 @@ mod tests {
         };
         assert!(of(0.01, 0.0125).unwrap().ends_with("force error 0.0100 N before, 0.0125 N after"));
         assert_eq!(of(1.0, 1.01), None);
+    }
+
+    #[test]
+    fn a_lower_log_density_is_reported() {
+        let of = |density| Score { log_predictive_density: Some(density), ..Score::default() };
+        let found = lower_density(&of(9.02), &of(8.43)).unwrap();
+        assert!(found.ends_with("9.02 before, 8.43 after"), "{found}");
+        assert_eq!(lower_density(&of(9.02), &of(9.0)), None);
+        assert_eq!(lower_density(&of(9.02), &Score::default()), None);
+    }
+
+    #[test]
+    fn an_effect_that_harms_held_out_predictions_is_reported() {
+        let of = |explains| MissingEffect {
+            effect: "coulomb_friction".to_owned(),
+            probability: 0.97,
+            statement: String::new(),
+            parameters: std::collections::BTreeMap::new(),
+            place: None,
+            explains,
+        };
+        let found = harmful_effects(&[of(Some(-1.7)), of(Some(0.8)), of(Some(-0.02)), of(None)]);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].contains("coulomb_friction") && found[0].contains("2.70 times"), "{found:?}");
+    }
+
+    #[test]
+    fn a_consistent_verdict_with_a_lack_of_fit_is_reported() {
+        let channels = Channels { pose: [1e-3; 3], reading: [0.4; 3], wander: [0.0; 3] };
+        let lack = |gain| Some(LackOfFit { gain, channels, chi_squared_excess: gain });
+        let score = Score { position_rmse: Some(0.279), r2: Some(0.62), ..Score::default() };
+        let of = |verdict, gain| neglected_lack_of_fit(verdict, lack(gain), 2000, Some(&score));
+        let found = of(Verdict::Consistent, 1e3).unwrap();
+        assert!(found.contains("0.279 m and 62 %"), "{found}");
+        assert_eq!(of(Verdict::Consistent, 0.0), None);
+        assert_eq!(of(Verdict::Unexplained, 1e3), None);
     }
 }
