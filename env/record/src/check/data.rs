@@ -6,6 +6,9 @@ use crate::motion::Motion;
 use crate::prepare::{Dataset, Noise, Prepared, WrenchSample, estimated_noise, latest};
 use crate::recording::Recording;
 
+/// Minimum load in standard deviations of the noise.
+const MIN_LOAD_SD: f64 = 6.0;
+
 /// A recording with the data that several checks share.
 pub(crate) struct RecordingData<'a> {
     pub meta: &'a Metadata,
@@ -63,6 +66,13 @@ impl<'a> RecordingData<'a> {
             self.episodes.iter().find_map(|episode| episode.raw.wrench()).map(|wrench| wrench.present);
         let wrench = &self.meta.wrench;
         present.map_or_else(|| wrench.reference(), |present| wrench.reference_for(present))
+    }
+
+    /// Whether a reading shows a load. Only a load shows that the gripper touches the object: a pushed object may slide
+    /// away.
+    pub fn is_loaded(&self, wrench: &WrenchSample) -> bool {
+        let (noise, [x, y, torque]) = (&self.dataset.noise, wrench.reading);
+        x.hypot(y) > MIN_LOAD_SD * noise.force || torque.abs() > MIN_LOAD_SD * noise.torque
     }
 
     /// Largest force in the recording, N.

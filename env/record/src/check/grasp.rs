@@ -15,8 +15,6 @@ use super::input::CheckInput;
 const MAX_GRASP_MOTION_SD: f64 = 8.0;
 /// Motion of a firm grasp in the object frame that is tolerated, as a share of the object's size.
 const MAX_GRASP_MOTION_SHARE: f64 = 0.03;
-/// Minimum load of a grasp in standard deviations of the noise.
-const MIN_LOAD_SD: f64 = 6.0;
 /// Time without load after which the gripper may grasp the object elsewhere, s.
 const MAX_UNLOADED_TIME_S: f64 = 0.5;
 /// Delays of a compliant grasp, as shares of its duration.
@@ -29,16 +27,10 @@ fn is_referred_to_gripper(input: &CheckInput) -> bool {
     input.data.reference() == Reference::Sensor && !input.data.meta.on_rail() && input.data.size > 0.0
 }
 
-/// Whether a reading shows a load. Only a load shows that the gripper touches the object: a pushed object may slide away.
-pub(crate) fn is_loaded(input: &CheckInput, wrench: &WrenchSample) -> bool {
-    let (noise, [x, y, torque]) = (&input.data.dataset.noise, wrench.reading);
-    x.hypot(y) > MIN_LOAD_SD * noise.force || torque.abs() > MIN_LOAD_SD * noise.torque
-}
-
 /// Wrench samples under load from contact on.
 fn loaded<'a>(input: &'a CheckInput, episode: &'a EpisodeData) -> impl Iterator<Item = &'a WrenchSample> {
     let from_contact = episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact);
-    from_contact.filter(|w| is_loaded(input, w))
+    from_contact.filter(|w| input.data.is_loaded(w))
 }
 
 /// Wrench samples under load, split into separate grasps. A gripper without load may have released the object.

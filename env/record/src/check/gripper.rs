@@ -8,7 +8,6 @@ use crate::prepare::{latest, quantile, relative_pose, wrapped};
 
 use super::data::EpisodeData;
 use super::finding::{Finding, Severity};
-use super::grasp::is_loaded;
 use super::group::grouped;
 use super::input::CheckInput;
 
@@ -139,7 +138,7 @@ fn travels(pairs: &[Pair]) -> Option<[f64; 2]> {
 /// Runs of poses at which the readings before and after show a load.
 fn loaded_spans(input: &CheckInput, episode: &EpisodeData, pairs: &[Pair]) -> Vec<Range<usize>> {
     let times: Vec<f64> = episode.prepared.wrench.iter().map(|w| w.t).collect();
-    let shows_load = |i: usize| episode.prepared.wrench.get(i).is_some_and(|w| is_loaded(input, w));
+    let shows_load = |i: usize| episode.prepared.wrench.get(i).is_some_and(|w| input.data.is_loaded(w));
     let is_pushed = |t: f64| latest(&times, t).is_some_and(|i| shows_load(i) && shows_load(i + 1));
     let mut spans: Vec<Range<usize>> = vec![];
     for i in (0..pairs.len()).filter(|&i| is_pushed(pairs[i].t)) {
