@@ -6,6 +6,7 @@ use crate::laws::{JointKind, plays};
 use crate::model::{Effect, Kind, slots};
 use crate::others::Others;
 use crate::periodogram::best_periods;
+use crate::point_masses::best_point_masses;
 use crate::rows::{Scope, evaluate, noise_floor, robust_sd};
 use crate::search::{SCREENING_STEPS, Searcher};
 use crate::tried::Tried;
@@ -127,7 +128,12 @@ impl Searcher<'_> {
             Kind::Joint(JointKind::Backlash, joint) => self.best_plays(parent, joint),
             _ => vec![],
         };
+        let loads = match kind {
+            Kind::Payload(body) => best_point_masses(self.problem, &parent.fit, body),
+            _ => vec![],
+        };
         let own = starts.into_iter().map(|values| (values, Some(&parent.fit)));
+        let own = own.chain(loads.iter().map(|(values, beside)| (values.clone(), Some(beside))));
         let all = own.chain(plays.into_iter().map(|values| (values, None)));
         let one = |(values, from): (Vec<f64>, Option<&Fit>)| {
             let mut effects = parent.fit.fitted_effects();

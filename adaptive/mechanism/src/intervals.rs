@@ -14,6 +14,9 @@ const MAX_POSTERIOR_SHARE: f64 = 0.5;
 /// Distance of a strength from zero at which it is identified, standard deviations.
 const CLEAR_SDS: f64 = 2.0;
 
+/// The same of a payload, whose four values are chosen together.
+const PAYLOAD_CLEAR_SDS: f64 = 2.0 * CLEAR_SDS;
+
 /// A parameter's standard deviation, and whether the data identify it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interval {
@@ -54,7 +57,7 @@ pub(crate) fn intervals(problem: &Problem, fit: &Fit, time: &[f64]) -> Vec<Inter
 }
 
 /// Whether the data identify every effect: at least one parameter of its strength is two standard deviations from zero.
-/// The strength of a payload is its mass, or a moment of it.
+/// That of a payload is its mass with its moments: the data may determine a moment, and neither mass nor place.
 pub(crate) fn are_defined(problem: &Problem, fit: &Fit, time: &[f64]) -> bool {
     let Some(covariance) = covariance(problem, fit, time) else { return fit.effects.is_empty() };
     let is_strength = |effect: usize, param: usize| {
@@ -76,14 +79,47 @@ pub(crate) fn are_defined(problem: &Problem, fit: &Fit, time: &[f64]) -> bool {
             let sd = covariance[(*slot, *slot)].max(0.0).sqrt();
             (offset || is_strength(k, *param)) && fit.values[*slot].abs() > CLEAR_SDS * sd
         };
-        let mass = slots.first().map_or(0, |(slot, _)| *slot);
-        let has_clear_moment = |(slot, _): &(usize, usize)| {
-            let [m, x] = [fit.values[mass], fit.values[*slot]];
-            let variance = x * x * covariance[(mass, mass)]
-                + m * m * covariance[(*slot, *slot)]
-                + 2.0 * m * x * covariance[(mass, *slot)];
-            *slot != mass && (m * x).abs() > CLEAR_SDS * variance.max(0.0).sqrt()
-        };
-        slots.iter().any(is_clear) || (matches!(kind, Kind::Payload(_)) && slots.iter().any(has_clear_moment))
+        if let Kind::Payload(_) = kind {
+            let own: Vec<usize> = slots.iter().map(|(slot, _)| *slot).collect();
+            return distance(&covariance, &fit.values, &own).is_some_and(|sds| sds > PAYLOAD_CLEAR_SDS);
+        }
+        slots.iter().any(is_clear)
     })
+}
+
+/// Distance of a payload from zero: of its mass and its moments together, standard deviations. In (m, m·c), a mass at its own place
+/// is the direction to zero; so this is the mass over its standard deviation at a fixed place. `None` if the covariance of
+/// its values is singular.
+fn distance(covariance: &DMatrix<f64>, values: &[f64], slots: &[usize]) -> Option<f64> {
+    let mass = *slots.first()?;
+    let sds: Vec<f64> = slots.iter().map(|k| covariance[(*k, *k)].max(f64::MIN_POSITIVE).sqrt()).collect();
+    let of = |i: usize, k: usize| covariance[(slots[i], slots[k])] / (sds[i] * sds[k]);
+    let precision = DMatrix::from_fn(slots.len(), slots.len(), of).cholesky()?.inverse();
+    Some(values[mass] / sds[0] * precision[(0, 0)].sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PAYLOAD_CLEAR_SDS;
+    use nalgebra::DMatrix;
+
+    #[test]
+    fn a_payload_is_defined_if_only_its_moment_is_known() {
+        // A load of 0.5 kg at 0.3 m: its mass is known to 0.4 kg, and its moment to a share.
+        let (mass, place, sd) = (0.5, 0.3, 0.4);
+        let distance = |share: f64| {
+            // d(m c) = c dm + m dc.
+            let precision = |moment: f64| {
+                let gradient = [place, mass];
+                DMatrix::from_fn(2, 2, |i, k| {
+                    let own = if i + k == 0 { 1.0 / (sd * sd) } else { 0.0 };
+                    gradient[i] * gradient[k] / (moment * moment) + own
+                })
+            };
+            let covariance = precision(share * mass * place).try_inverse().unwrap();
+            super::distance(&covariance, &[mass, place], &[0, 1]).unwrap()
+        };
+        assert!(distance(0.05) > PAYLOAD_CLEAR_SDS, "{}", distance(0.05));
+        assert!(distance(0.5) < PAYLOAD_CLEAR_SDS, "{}", distance(0.5));
+    }
 }

@@ -31,6 +31,7 @@ mod outcome;
 mod payload_statement;
 mod periodogram;
 mod play;
+mod point_masses;
 mod problem;
 mod resample;
 mod rest;

@@ -70,13 +70,7 @@ impl Kind {
     pub fn starts(self, problem: &Problem) -> Vec<Vec<f64>> {
         match self {
             Self::Joint(kind, joint) => (kind.spec().starts)(&problem.joints[joint].scales),
-            Self::Payload(body) => {
-                let mass = 0.1 * problem.bodies[body].1;
-                [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]]
-                    .iter()
-                    .map(|com| [&[mass][..], com].concat())
-                    .collect()
-            }
+            Self::Payload(body) => vec![vec![0.1 * problem.bodies[body].1, 0.0, 0.0, 0.0]],
             Self::BaseTilt => vec![vec![0.01, 0.01]],
             Self::EncoderOffset(joint) => vec![vec![0.01 * problem.joints[joint].scales.span()]],
         }
@@ -244,7 +238,8 @@ fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param
     let scale = match effect.kind {
         Kind::Joint(_, j) | Kind::EncoderOffset(j) => param.scale.of(&problem.joints[j].scales),
         Kind::Payload(body) if param.unit == Unit::Mass => problem.bodies[body].1.max(f64::MIN_POSITIVE),
-        Kind::Payload(_) | Kind::BaseTilt => 1.0,
+        Kind::Payload(body) => problem.farthest_payload[body],
+        Kind::BaseTilt => 1.0,
     };
     let joint = match effect.kind {
         Kind::Joint(_, j) => Some(j),
@@ -259,6 +254,10 @@ fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param
         Unit::Position if param.bounds[0] < 0.0 => effect.values[i],
         _ => 0.0,
     };
+    let sd = match param.unit {
+        Unit::Length => scale,
+        _ => PRIOR_SD * scale.max(effect.values[i].abs()),
+    };
     Slot {
         name: format!("{}.{}", label(problem, effect.kind), param.name),
         unit: param.unit,
@@ -266,7 +265,7 @@ fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param
         role: Role::Effect(k, i),
         start: effect.values[i],
         bounds,
-        prior: [centre, PRIOR_SD * scale.max(effect.values[i].abs())],
+        prior: [centre, sd],
     }
 }
 

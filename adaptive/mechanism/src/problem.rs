@@ -16,6 +16,9 @@ use trundle_record::{Axis, EncoderSide, JointRecording};
 const REST_NOISE_SDS: f64 = 3.0;
 /// Least speed that counts as motion, as a share of the joint's rms velocity.
 const MIN_SPEED_SHARE: f64 = 0.05;
+/// Plausible distance of a payload from the origin of its body, in units of the body's largest lever arm: that of a rod's end
+/// from a hinge at its other end is 1.7.
+const PAYLOAD_ARMS: f64 = 2.0;
 /// Least share of a compared sample's weight at which the joint must move.
 const MIN_MOVING_SHARE: f64 = 0.9;
 
@@ -92,6 +95,8 @@ pub struct Problem {
     pub simulator: Option<SimulatorSetup>,
     /// Bodies of the model with their masses, kg.
     pub bodies: Vec<(String, f64)>,
+    /// Distance of a payload from the origin of each body that is plausible, m.
+    pub farthest_payload: Vec<f64>,
     /// Armature, damping and dry friction of each joint in the model.
     pub of_model: Vec<[f64; 3]>,
     /// Gravity, world axes.
@@ -149,6 +154,9 @@ impl Problem {
             simulator,
             bodies: dynamics
                 .map_or(vec![], |d| d.bodies.iter().cloned().zip(d.masses.iter().copied()).collect()),
+            farthest_payload: dynamics.map_or(vec![], |d| {
+                (0..d.bodies.len()).map(|body| PAYLOAD_ARMS * lever_arm(d, body)).collect()
+            }),
             of_model: dynamics.map_or(vec![[0.0; 3]; motion.joints.len()], |d| {
                 (0..motion.joints.len()).map(|j| [d.armature[j], d.damping[j], d.frictionloss[j]]).collect()
             }),
@@ -282,6 +290,18 @@ impl Problem {
         let training = self.episodes.iter().filter(|e| !e.held_out);
         rms_of(training.filter_map(|e| e.dynamics.as_ref()).flat_map(|d| d.effort[j].iter().copied()))
     }
+}
+
+/// Largest radius of gyration of a body about the axes of the hinges, m; 1 m if no hinge moves it.
+fn lever_arm(dynamics: &Dynamics, body: usize) -> f64 {
+    let square = |j: usize| {
+        let episodes =
+            dynamics.episodes.iter().filter_map(|episode| episode.inertia_by_mass.get(j)?.get(body));
+        rms_of(episodes.flatten().map(|inertia| inertia.max(0.0).sqrt()))
+    };
+    let largest =
+        (0..dynamics.is_hinge.len()).filter(|j| dynamics.is_hinge[*j]).map(square).fold(0.0, f64::max);
+    if largest > 0.0 { largest } else { 1.0 }
 }
 
 fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
