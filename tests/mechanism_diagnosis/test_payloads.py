@@ -12,7 +12,7 @@ LINK_END = '<inertial pos="0 0 -0.15" mass="0.6" diaginertia="0.006 0.006 0.001"
 
 @pytest.mark.parametrize("mass", [0.15, 0.3])
 def test_a_load_on_the_last_link_is_a_payload(mass: float) -> None:
-    # The axes are parallel: a load changes moments and inertias, as masses of the links and a tilt of gravity do.
+    # The axes are parallel: a load changes moments and inertias, as other masses and a tilt do.
     load = f'<body pos="0 0 -0.3"><inertial pos="0 0 0" mass="{mass}" diaginertia="1e-6 1e-6 1e-6"/></body>'
     assert LINK_END in NOMINAL
     found = trundle.diagnose(recording_of(NOMINAL.replace(LINK_END, LINK_END + load)))

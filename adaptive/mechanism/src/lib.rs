@@ -21,6 +21,7 @@ mod intervals;
 mod kernel;
 mod lack_of_fit;
 mod laws;
+mod leftovers;
 mod location;
 mod memo;
 mod model;

@@ -10,8 +10,9 @@ use crate::figures::figures;
 use crate::fit::{Fit, fit};
 use crate::intervals::{Interval, are_defined, intervals};
 use crate::lack_of_fit::{CERTAIN_EXPLANATION, LackOfFit, explanation, lack_of_fit};
+use crate::leftovers::is_leftover;
 use crate::location::{regime, shares, windows};
-use crate::model::{Kind, Role, place};
+use crate::model::{Effect, Kind, Role, place};
 use crate::motion::Motion;
 use crate::outcome::JointOutcome;
 use crate::problem::Problem;
@@ -62,11 +63,29 @@ pub fn diagnose_joints(
     if verdict == Verdict::Unexplained {
         found.best = found.base.clone();
         found.support.clear();
-    } else {
-        searcher.try_further(&found.best, &mut found.tried)?;
     }
-    watch.progress("figures", 0.0);
-    let answer = answer(&problem, &searcher, &mut found, verdict, [&before, &after]);
+    let mut limits = limits(&problem, &searcher, &mut found, [&before, &after]);
+    let mut leftovers = vec![];
+    let mut answer = loop {
+        if verdict != Verdict::Unexplained {
+            searcher.try_further(&found.best, &mut found.tried)?;
+        }
+        watch.progress("figures", 0.0);
+        let (answer, leftover) = answer(&problem, &searcher, &mut found, verdict, [&before, &after], &limits);
+        let Some(k) = leftover else { break answer };
+        let best = found.best.clone();
+        let kind = best.fit.effects[k].kind;
+        let is_own = |one: &JointEffect| one.effect == kind.effect() && one.place == place(&problem, kind);
+        leftovers.extend(answer.missing.into_iter().find(is_own));
+        found.best = searcher.without_effect(&best, k, &mut found.tried);
+        found.support = searcher.support_of_all(&found.best.clone(), &mut found.tried);
+        limits.remove(k);
+    };
+    let is_new = |new: &JointEffect| {
+        answer.immaterial.iter().all(|one| one.effect != new.effect || one.place != new.place)
+    };
+    leftovers.retain(is_new);
+    answer.immaterial.extend(leftovers);
     let (base, best) = (found.base.fit, found.best.fit);
     Ok(JointOutcome::new(&problem, answer, base, best))
 }
@@ -146,7 +165,8 @@ fn verdict(
         true => after[j].exceeds_noise,
         false => after[j].is_material && remaining(found, before, after, j) > MAX_RESIDUAL_GAIN_SHARE,
     };
-    let is_poor = |kind: &Kind| kind.joint().is_some_and(|j| explained(problem, found, j) < MIN_EXPLANATION);
+    let is_poor =
+        |kind: &Kind| kind.joint().is_some_and(|j| explained(problem, found, &[j]) < MIN_EXPLANATION);
     let has_lack = (0..problem.joints.len()).any(is_lacking) || found.best.kinds().iter().any(is_poor);
     match (found.best.fit.effects.is_empty(), has_lack) {
         (_, true) => Verdict::Unexplained,
@@ -164,19 +184,22 @@ fn remaining(found: &Found, before: &[LackOfFit], after: &[LackOfFit], j: usize)
     if missing > 0.0 { after[j].mean_square.max(0.0) / missing } else { 0.0 }
 }
 
-/// How far the best model reduces a joint's misfit towards the noise.
-fn explained(problem: &Problem, found: &Found, j: usize) -> f64 {
-    let size = |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]).sqrt();
-    explanation([size(&found.base), size(&found.best)], noise_floor(problem, j))
+/// How far the best model reduces the misfit of joints towards the noise: their geometric mean.
+fn explained(problem: &Problem, found: &Found, joints: &[usize]) -> f64 {
+    let mean = |of: &dyn Fn(usize) -> f64| joints.iter().map(|j| of(*j).ln()).sum::<f64>().exp();
+    let size = |tried: &Tried| mean(&|j| tried.left_out.mean_square(j, tried.fit.sd[j]).sqrt());
+    explanation([size(&found.base), size(&found.best)], mean(&|j| noise_floor(problem, j)))
 }
 
+/// The answer, and an effect that is no name because of its small share in what was missing.
 fn answer(
     problem: &Problem,
     searcher: &Searcher<'_>,
     found: &mut Found,
     verdict: Verdict,
     [before, after]: [&[LackOfFit]; 2],
-) -> JointAnswer {
+    limits: &[Limit],
+) -> (JointAnswer, Option<usize>) {
     let times = searcher.times(&found.best);
     let best = found.best.clone();
     let immaterial = immaterial(problem, searcher, found, &best);
@@ -185,7 +208,8 @@ fn answer(
     let weights = weights(searcher, found, &times);
     let spread = intervals(problem, &best.fit, &times);
     let mut missing: Vec<JointEffect> = vec![];
-    for k in 0..best.fit.effects.len() {
+    let mut leftover = None;
+    for (k, limit) in limits.iter().enumerate() {
         let simpler = searcher.without_effect(&best, k, &mut found.tried);
         let support = found.support.get(k).copied().unwrap_or(Support {
             probability: 0.5,
@@ -194,15 +218,12 @@ fn answer(
         });
         let kind = best.fit.effects[k].kind;
         let chance = support.probability.min(probability_of(found, &weights, kind));
-        let left = |j: usize| remaining(found, before, after, j);
-        // Effects that leave much of the misfit are less probably the right ones.
-        let most = match kind.joint() {
-            Some(j) => (1.0 - left(j)).min(explained(problem, found, j) / CERTAIN_EXPLANATION),
-            None => 1.0 - (0..times.len()).map(left).fold(0.0, f64::max),
-        };
-        let most = most.min(support.share());
         let explains = rise(problem, &simpler.fit, &best.fit);
-        missing.push(reported(problem, &best.fit, &spread, k, calibrated(chance).min(most), explains));
+        let probability = (limit.share * calibrated(chance)).min(limit.most).min(support.share());
+        if limit.share < 1.0 && is_leftover(probability) {
+            leftover = leftover.or(Some(k));
+        }
+        missing.push(reported(problem, &best.fit, &spread, k, probability, explains));
     }
     missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
     let tied = tied(problem, found, &times);
@@ -215,7 +236,7 @@ fn answer(
             .sum::<f64>()
     };
     let is_consistent = verdict == Verdict::Consistent;
-    JointAnswer {
+    let answer = JointAnswer {
         format: "trundle-diagnosis/1",
         recording: problem.name.clone(),
         verdict,
@@ -242,7 +263,7 @@ fn answer(
                 .map(|joint| (joint.name.clone(), Unit::Effort.text(joint.is_hinge, problem.effort_unit)))
                 .collect(),
             explained: (0..times.len())
-                .map(|j| (problem.joints[j].name.clone(), explained(problem, found, j)))
+                .map(|j| (problem.joints[j].name.clone(), explained(problem, found, &[j])))
                 .collect(),
             share: Some(total(&found.best) / total(&found.base).max(f64::MIN_POSITIVE)),
             regime: if is_consistent { None } else { regime(problem, &found.best, worst) },
@@ -262,7 +283,48 @@ fn answer(
             training: before_after(problem, &found.base.fit, &found.best.fit, false),
         },
         missing,
+    };
+    (answer, leftover)
+}
+
+/// Limits of an effect's probability.
+#[derive(Clone, Copy, Debug)]
+struct Limit {
+    /// Its share in what was missing, see [`crate::leftovers`]: a factor.
+    share: f64,
+    /// Largest probability by what the effects leave.
+    most: f64,
+}
+
+/// Limits of each effect that is named. Names that explain a negligible share are dropped; the others are judged
+/// with them, as is the verdict.
+fn limits(
+    problem: &Problem,
+    searcher: &Searcher<'_>,
+    found: &mut Found,
+    [before, after]: [&[LackOfFit]; 2],
+) -> Vec<Limit> {
+    let best = found.best.clone();
+    // Effects that leave much of the misfit are less probably the right ones.
+    let own = |k: usize, tried: &mut Vec<Tried>| match best.fit.effects[k].kind.joint() {
+        Some(j) => vec![j],
+        None => searcher.material_joints(&searcher.without_effect(&best, k, tried), &best),
+    };
+    let affected: Vec<(Kind, Vec<usize>)> =
+        (0..best.fit.effects.len()).map(|k| (best.fit.effects[k].kind, own(k, &mut found.tried))).collect();
+    let (named, shares) = searcher.without_leftovers(&found.base, best.clone(), &mut found.tried);
+    let limit = |(effect, share): (&Effect, &f64)| {
+        let joints = affected.iter().find(|(kind, _)| *kind == effect.kind).map_or(&[][..], |(_, own)| own);
+        let left = joints.iter().map(|j| remaining(found, before, after, *j)).fold(0.0, f64::max);
+        let most = (1.0 - left).min(explained(problem, found, joints) / CERTAIN_EXPLANATION);
+        Limit { share: *share, most }
+    };
+    let limits = named.fit.effects.iter().zip(&shares).map(limit).collect();
+    if named.fit.effects.len() < best.fit.effects.len() {
+        found.support = searcher.support_of_all(&named, &mut found.tried);
+        found.best = named;
     }
+    limits
 }
 
 fn before_after(problem: &Problem, before: &Fit, after: &Fit, held_out: bool) -> Option<JointBeforeAfter> {
@@ -316,8 +378,8 @@ fn reported(
     }
 }
 
-/// Effects that improve the prediction of left-out parts with certainty, but not by a material share, each in addition to
-/// the best model. Of several names for one joint only the best is kept.
+/// Effects that improve the prediction of left-out parts with certainty, but not by a material share, or that explain a
+/// negligible share of what was missing, each in addition to the best model. Of several names for one joint only the best is kept.
 fn immaterial(problem: &Problem, searcher: &Searcher<'_>, found: &Found, best: &Tried) -> Vec<JointEffect> {
     let own = best.kinds();
     let mut all: Vec<(f64, Option<usize>, JointEffect)> = vec![];
@@ -326,7 +388,8 @@ fn immaterial(problem: &Problem, searcher: &Searcher<'_>, found: &Found, best: &
         let (Some(k), true) = (new, own.iter().all(|kind| tried.kinds().contains(kind))) else { continue };
         let support = searcher.support(best, tried);
         let times = searcher.times(tried);
-        if support.is_certain() && !support.is_material() && are_defined(problem, &tried.fit, &times) {
+        let is_small = !support.is_material() || is_leftover(searcher.share_limit(&found.base, best, tried));
+        if support.is_certain() && is_small && are_defined(problem, &tried.fit, &times) {
             let spread = intervals(problem, &tried.fit, &times);
             let explains = rise(problem, &best.fit, &tried.fit);
             let effect = reported(problem, &tried.fit, &spread, k, calibrated(support.probability), explains);

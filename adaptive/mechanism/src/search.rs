@@ -222,7 +222,7 @@ impl<'a> Searcher<'a> {
 
     /// Joints whose equations the difference of two models enters. Parameters of all joints change a little with every
     /// effect; that is no evidence about it.
-    fn affected(&self, simpler: &Tried, fuller: &Tried) -> Vec<usize> {
+    pub fn affected(&self, simpler: &Tried, fuller: &Tried) -> Vec<usize> {
         let (own, other) = (simpler.kinds(), fuller.kinds());
         let difference =
             other.iter().filter(|k| !own.contains(k)).chain(own.iter().filter(|k| !other.contains(k)));

@@ -1,0 +1,83 @@
+//! Effects that correct the form of others.
+//!
+//! A law with an idealised form leaves a small part of what it explains. Where the noise is smaller, another law imitates that
+//! part with certainty, and is not there. Effects that explain a negligible share of what was missing are detectable, but no names.
+
+use crate::search::Searcher;
+use crate::tried::Tried;
+use trundle_diagnose::{MIN_MATERIAL_ERROR_RATIO, NEGLIGIBLE_SHARE};
+
+/// Probability below which an effect is not named.
+const MIN_NAMED: f64 = 0.5;
+
+impl Searcher<'_> {
+    /// Joints at which the errors rise by a material ratio without an effect.
+    pub fn material_joints(&self, simpler: &Tried, fuller: &Tried) -> Vec<usize> {
+        let rises = |j: &usize| square(simpler, *j) >= MIN_MATERIAL_ERROR_RATIO * square(fuller, *j);
+        self.affected(simpler, fuller).into_iter().filter(rises).collect()
+    }
+
+    /// Largest probability of what `fuller` has in addition to `simpler`, by its share in what was missing at the joints where
+    /// it is material.
+    pub fn share_limit(&self, base: &Tried, simpler: &Tried, fuller: &Tried) -> f64 {
+        let joints = self.material_joints(simpler, fuller);
+        let own = |&j: &usize| share_limit([base, simpler, fuller].map(|tried| square(tried, j)));
+        joints.iter().map(own).reduce(f64::max).unwrap_or(1.0)
+    }
+
+    /// The model without effects that explain a negligible share, the least first, and the largest probability of each
+    /// remaining effect.
+    pub fn without_leftovers(
+        &self,
+        base: &Tried,
+        mut model: Tried,
+        tried: &mut Vec<Tried>,
+    ) -> (Tried, Vec<f64>) {
+        loop {
+            let limit = |k: usize| {
+                let simpler = self.without_effect(&model, k, tried);
+                self.share_limit(base, &simpler, &model)
+            };
+            let limits: Vec<f64> = (0..model.fit.effects.len()).map(limit).collect();
+            let least = (0..limits.len()).min_by(|a, b| limits[*a].total_cmp(&limits[*b]));
+            match least {
+                Some(k) if is_leftover(limits[k]) => model = self.without_effect(&model, k, tried),
+                _ => return (model, limits),
+            }
+        }
+    }
+}
+
+/// Whether an effect with a largest probability is not named.
+pub(crate) fn is_leftover(limit: f64) -> bool {
+    limit < MIN_NAMED
+}
+
+/// Mean square of the left-out errors of a joint.
+fn square(tried: &Tried, j: usize) -> f64 {
+    tried.left_out.mean_square(j, tried.fit.sd[j])
+}
+
+/// Largest probability of an effect by the mean squares of the nominal model, without the effect, and with it: its share in what
+/// was missing, in units of a negligible one.
+fn share_limit([nominal, without, with]: [f64; 3]) -> f64 {
+    let (missing, gained) = (nominal - with, without - with);
+    if gained < missing { (gained / missing / NEGLIGIBLE_SHARE).clamp(0.0, 1.0) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{is_leftover, share_limit};
+
+    #[test]
+    fn effects_of_thousandths_of_what_was_missing_are_no_names() {
+        // A lone effect explains all; errors far above the noise do not make a small share larger.
+        for (squares, limit) in
+            [([50.0, 50.0, 1.0], 1.0), ([1001.0, 21.0, 1.0], 1.0), ([1001.0, 9.0, 1.0], 0.8)]
+        {
+            assert!((share_limit(squares) - limit).abs() < 1e-12, "{squares:?}: {}", share_limit(squares));
+        }
+        assert!(is_leftover(share_limit([65001.0, 40.0, 1.0])));
+        assert!(!is_leftover(share_limit([1.0, 2.0, 1.0])));
+    }
+}
