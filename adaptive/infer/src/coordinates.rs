@@ -137,7 +137,8 @@ impl Coordinates {
     pub fn prior_conflict(&self, k: usize, z: f64, information: f64) -> Option<PriorConflict> {
         let slot = self.slot(k);
         let beyond = z.abs() > BOUNDARY_SD && z * z > CONFLICT_SD * CONFLICT_SD * information.max(0.0);
-        let states_scale = matches!(slot.prior, Prior::Normal { mean, sd } if normal(mean, sd, slot).is_none());
+        let states_scale =
+            matches!(slot.prior, Prior::Normal { mean, sd } if normal(mean, sd, slot).is_none());
         let far = z.abs() > if states_scale { SEARCH_END_SD } else { CONFLICT_SD };
         if matches!(slot.prior, Prior::Angle(_)) || !(far || beyond) {
             return None;

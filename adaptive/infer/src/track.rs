@@ -241,10 +241,7 @@ mod tests {
         let noise = |k: usize| 0.4 * sd * ((12.9 * k as f64).sin() + (78.2 * k as f64).sin());
         let pose = |k: usize| {
             let t = k as f64 / rate;
-            PoseSample {
-                t,
-                pose: [3.0 + motion((t - 0.5).max(0.0)) + noise(k), -1.0 + noise(k + 7), 0.3],
-            }
+            PoseSample { t, pose: [3.0 + motion((t - 0.5).max(0.0)) + noise(k), -1.0 + noise(k + 7), 0.3] }
         };
         (0..(2.0 * rate) as usize).map(pose).collect()
     }

@@ -268,7 +268,7 @@ fn answer(
             share: Some(total(&found.best) / total(&found.base).max(f64::MIN_POSITIVE)),
             regime: if is_consistent { None } else { regime(problem, &found.best, worst) },
         },
-        warnings: crate::warnings::warnings(problem, &found.base.fit, &found.best.fit, verdict),
+        warnings: crate::warnings::warnings(problem, &found.best.fit),
         nominal: JointNominal {
             given: given(problem),
             before: parameters(

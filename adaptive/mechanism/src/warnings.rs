@@ -5,13 +5,13 @@ use crate::fit::Fit;
 use crate::model::{Nominal, Role};
 use crate::problem::Problem;
 use crate::units::EffortUnit;
-use trundle_diagnose::{ErrorMetric, Verdict, unlike_training, worse_metrics};
+use trundle_diagnose::{ErrorMetric, unlike_training, worse_metrics};
 
 /// Ratio of a refitted mass to the model's that is implausible.
 const MAX_MASS_RATIO: f64 = 2.0;
 
 /// Warnings about the fitted values.
-pub(crate) fn warnings(problem: &Problem, _before: &Fit, after: &Fit, _verdict: Verdict) -> Vec<String> {
+pub(crate) fn warnings(problem: &Problem, fitted: &Fit) -> Vec<String> {
     let mut found = vec![];
     match problem.effort_unit {
         EffortUnit::Newton => {}
@@ -26,7 +26,7 @@ pub(crate) fn warnings(problem: &Problem, _before: &Fit, after: &Fit, _verdict: 
             "nothing fixes the scale of force: efforts are in position error of the target".to_owned(),
         ),
     }
-    for (slot, value) in after.slots.iter().zip(&after.values) {
+    for (slot, value) in fitted.slots.iter().zip(&fitted.values) {
         if let Role::Nominal(Nominal::Mass(body)) = slot.role {
             let ratio = value / problem.bodies[body].1;
             if !(MAX_MASS_RATIO.recip()..=MAX_MASS_RATIO).contains(&ratio) {

@@ -9,7 +9,7 @@ use trundle_model::Real;
 pub(super) const SPEC: Spec = Spec {
     effect: "joint_stop",
     summary: "contact beyond a position",
-    source: "Kelvin-Voigt contact; Gilardi and Sharf, Mech. Mach. Theory 2002",
+    source: "linear spring contact, without damping; Gilardi and Sharf, Mech. Mach. Theory 2002",
     applies: Applies::Always,
     params: &[
         ParamSpec { is_limit: true, ..signed("position", Unit::Position, Scale::Position) },
