@@ -22,9 +22,6 @@ use trundle_model::{Model, Prior, Slot};
 /// Largest distance from the prior centre that is searched, in prior standard deviations.
 const MAX_PRIOR_SD: f64 = 8.0;
 
-/// Distance from the prior centre, in prior standard deviations, at which an estimate is at the end of the search.
-const SEARCH_END_SD: f64 = 0.99 * MAX_PRIOR_SD;
-
 /// Distance from the prior centre, in prior standard deviations, that counts as a prior-data conflict: one
 /// draw in 16 000. The same number, in standard deviations of the likelihood, is the shift beyond the end of
 /// a prior that counts as a conflict.
@@ -129,18 +126,14 @@ impl Coordinates {
     /// Prior-data conflict of the free parameter `k` at its posterior mode `z`, if there is one.
     /// `information` is the curvature of the −log likelihood by that coordinate.
     ///
-    /// There is a conflict if `z` is more than four prior standard deviations from the centre. An unbounded normal
-    /// prior is an exception up to the end of the search: it states a scale, and data that determine a larger value do
-    /// not contradict it. There is also a conflict if `z` is at an end of the prior (more than two) and the likelihood pulls beyond it by more than
+    /// There is a conflict if `z` is more than four prior standard deviations from the centre. There is also
+    /// one if `z` is at an end of the prior (more than two) and the likelihood pulls beyond it by more than
     /// four of its own standard deviations. At a mode the gradient of the likelihood is `−z`, so the
     /// condition is `|z|/√information > 4`: a likelihood e⁸ times higher. Angles have no prior.
     pub fn prior_conflict(&self, k: usize, z: f64, information: f64) -> Option<PriorConflict> {
         let slot = self.slot(k);
         let beyond = z.abs() > BOUNDARY_SD && z * z > CONFLICT_SD * CONFLICT_SD * information.max(0.0);
-        let states_scale =
-            matches!(slot.prior, Prior::Normal { mean, sd } if normal(mean, sd, slot).is_none());
-        let far = z.abs() > if states_scale { SEARCH_END_SD } else { CONFLICT_SD };
-        if matches!(slot.prior, Prior::Angle(_)) || !(far || beyond) {
+        if matches!(slot.prior, Prior::Angle(_)) || !(z.abs() > CONFLICT_SD || beyond) {
             return None;
         }
         let value = |z| from_normal(slot, z).0;

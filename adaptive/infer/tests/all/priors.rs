@@ -215,17 +215,6 @@ fn a_prior_data_conflict_is_reported() {
     assert!(conflict_at(-3.0, 0.5).unwrap().to_string().contains("below"));
 }
 
-#[test]
-fn data_may_determine_an_amplitude_far_from_an_unbounded_prior() {
-    let coordinates = Coordinates::new(&model(&TABLE).with(Effect::free(Kind::MassChange)));
-    let count = coordinates.free().len();
-    let mass = (0..count).find(|&k| coordinates.slot(k).name == "mass_change.mass").unwrap();
-    let conflict_at = |z, information| coordinates.prior_conflict(mass, z, information);
-    assert_eq!(conflict_at(5.2, 1e4), None);
-    assert!(conflict_at(5.2, 1.0).is_some(), "the prior holds the estimate back");
-    assert!(conflict_at(7.99, 1e4).is_some(), "the end of the search");
-}
-
 /// Mode of N(22 ± 0.1) under a uniform prior, for which the two criteria differ.
 #[test]
 fn only_a_bound_far_from_the_data_is_a_conflict() {
