@@ -117,7 +117,7 @@ mod tests {
         let (quantised, _) = stepped(dt, |_, q| (q / 1.5e-3).round() * 1.5e-3);
         let coarse = error(&quantised, &velocities, dt);
         // Velocities reach 4.4 rad/s; differences of neighbours would have an error of 0.3 rad/s with the steps.
-        assert!(clean < 0.1, "{clean}");
+        assert!(clean < 0.15, "{clean}");
         assert!(coarse < 0.25, "{coarse}");
     }
 }
