@@ -186,7 +186,11 @@ TENDON = (
         (model(PAIR), ["a_jont"], "unknown joint 'a_jont'; did you mean 'a_joint'"),
         (model(PAIR), [], r"joints = \[\]: name at least one of 'a_joint', 'b_joint'"),
         (model(PAIR), ["a_joint", "a_joint"], "'a_joint' is named twice"),
-        (model(PAIR + FREE), ["a_joint"], "body 'box': its joint without a name is a free joint.*attach the base"),
+        (
+            model(PAIR + FREE),
+            ["a_joint"],
+            "its joint without a name is a free joint.*attach the base",
+        ),
         (model(PAIR + BALL), ["a_joint"], "'wrist' is a ball joint.*three hinges"),
         (model(PAIR, TENDON.format('stiffness="3"')), ["a_joint"], "tendon 'cable' couples.*'b_joint'"),
         (

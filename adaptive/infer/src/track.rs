@@ -157,37 +157,31 @@ impl Track {
 /// Deviation from rest that noise is unlikely to reach at two successive poses, standard deviations.
 const MIN_MOTION_SD: f64 = 6.0;
 
-/// Shortest time for which an object may have moved before its motion is detected, s.
-const MIN_UNDETECTED_S: f64 = 0.1;
+/// Time for which an object may have moved before its motion is detected, s.
+const MAX_UNDETECTED_S: f64 = 0.1;
 
-/// Time from the onset of motion to a deviation, in times from there to twice the deviation, under constant
-/// acceleration: 1/(√2 − 1).
-const ONSET_TIME_FACTOR: f64 = 2.41;
-
-/// Index of the last pose at rest: before contact and before the onset of motion, since a late reading also
+/// Index of the last pose at rest: before contact and before detected motion, since a late reading also
 /// delays the detection of contact.
 fn last_resting_pose(episode: &Prepared, noise: &Noise) -> usize {
-    let end =
-        motion_onset(&episode.pose, noise.pose).map_or(episode.contact, |onset| episode.contact.min(onset));
+    let end = motion_onset(&episode.pose, noise.pose)
+        .map_or(episode.contact, |t| episode.contact.min(t - MAX_UNDETECTED_S));
     episode.pose.iter().rposition(|p| p.t <= end).unwrap_or(0)
 }
 
-/// Time at which motion begins at the earliest, s: where two successive poses leave the mean of the earlier ones,
-/// less the time that the object takes for such a deviation.
+/// Time at which the poses leave the mean of the earlier ones, s.
 fn motion_onset(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
-    let (mut sum, mut count) = ([0.0; 3], 0.0f64);
-    for (k, pose) in poses.iter().enumerate() {
-        let (mean, spread) = (sum.map(|s: f64| s / count), (1.0 + 1.0 / count).sqrt());
-        let is_away = |pose: &PoseSample, deviation: f64| {
-            count > 0.0 && (0..3).any(|k| (pose.pose[k] - mean[k]).abs() > deviation * sd[k] * spread)
+    let (mut sum, mut left) = ([0.0; 3], None);
+    for (n, pose) in poses.iter().enumerate() {
+        let away = |k: usize| {
+            (pose.pose[k] - sum[k] / n as f64).abs() > MIN_MOTION_SD * sd[k] * (1.0 + 1.0 / n as f64).sqrt()
         };
-        if !is_away(pose, MIN_MOTION_SD) {
-            sum = [0, 1, 2].map(|k| sum[k] + pose.pose[k]);
-            count += 1.0;
-        } else if poses.get(k + 1).is_some_and(|next| is_away(next, MIN_MOTION_SD)) {
-            let farther = poses[k..].iter().find(|p| is_away(p, 2.0 * MIN_MOTION_SD));
-            let doubling = farther.map_or(0.0, |farther| farther.t - pose.t);
-            return Some(pose.t - (ONSET_TIME_FACTOR * doubling).max(MIN_UNDETECTED_S));
+        match left {
+            _ if n == 0 || !(0..3).any(away) => {
+                left = None;
+                sum = [0, 1, 2].map(|k| sum[k] + pose.pose[k]);
+            }
+            None => left = Some(pose.t),
+            Some(_) => return left,
         }
     }
     None
@@ -234,29 +228,17 @@ pub(crate) fn cut_into_steps(
 mod tests {
     use super::*;
 
-    /// Poses of an object that rests for 0.5 s and then moves along x as `motion` of the time since then.
-    fn poses(rate: f64, sd: f64, motion: impl Fn(f64) -> f64) -> Vec<PoseSample> {
-        let noise = |k: usize| 0.4 * sd * ((12.9 * k as f64).sin() + (78.2 * k as f64).sin());
+    #[test]
+    fn motion_onset_is_detected_before_contact() {
+        let noise = |k: usize| 2e-4 * ((12.9 * k as f64).sin() + (78.2 * k as f64).sin());
         let pose = |k: usize| {
-            let t = k as f64 / rate;
-            PoseSample { t, pose: [3.0 + motion((t - 0.5).max(0.0)) + noise(k), -1.0 + noise(k + 7), 0.3] }
+            let t = k as f64 / 60.0;
+            let moved = 0.5 * (t - 0.5).max(0.0).powi(2);
+            PoseSample { t, pose: [3.0 + moved + noise(k), -1.0 + noise(k + 7), 0.3] }
         };
-        (0..(2.0 * rate) as usize).map(pose).collect()
-    }
-
-    #[test]
-    fn the_onset_of_motion_is_not_late() {
-        let fast = poses(60.0, 5e-4, |t| 0.5 * t * t);
-        let onset = motion_onset(&fast, [5e-4, 5e-4, 1.75e-3]).unwrap();
-        assert!((0.3..=0.5).contains(&onset), "{onset} s");
-        assert_eq!(motion_onset(&fast[..30], [5e-4, 5e-4, 1.75e-3]), None);
-    }
-
-    #[test]
-    fn slow_motion_under_large_noise_is_not_taken_for_rest() {
-        for motion in [|t: f64| 0.05 * t * t, |t: f64| 0.03 * t] {
-            let onset = motion_onset(&poses(30.0, 2e-3, motion), [2e-3, 2e-3, 3e-3]).unwrap();
-            assert!(onset <= 0.6, "{onset} s");
-        }
+        let poses: Vec<_> = (0..100).map(pose).collect();
+        let seen = motion_onset(&poses, [5e-4, 5e-4, 1.75e-3]).unwrap();
+        assert!((0.52..0.5 + MAX_UNDETECTED_S).contains(&seen), "seen to move at {seen} s");
+        assert_eq!(motion_onset(&poses[..30], [5e-4, 5e-4, 1.75e-3]), None);
     }
 }

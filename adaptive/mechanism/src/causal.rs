@@ -93,7 +93,7 @@ mod tests {
         let (w, mut q, mut v) = (40.0, 0.0, 0.0);
         let (mut positions, mut velocities) = (vec![], vec![]);
         for k in 0..(5.0 / dt) as usize {
-            let target = if (k as f64 * dt / 0.5) as usize % 2 == 0 { 0.3 } else { -0.3 };
+            let target = if ((k as f64 * dt / 0.5) as usize).is_multiple_of(2) { 0.3 } else { -0.3 };
             v += dt * (w * w * (target - q) - 2.0 * w * v);
             q += dt * v;
             positions.push(noise(k, q));

@@ -106,7 +106,7 @@ pub(crate) fn frozen_travel(input: &CheckInput, episode: &EpisodeData) -> Option
         Contact::Grasp => [1usize, 2, 4]
             .into_iter()
             .flat_map(|n| (0..n).map(move |k| (k, n)))
-            .map(|(k, n)| vec![k * pairs.len() / n..(k + 1) * pairs.len() / n])
+            .map(|(k, n)| std::iter::once(k * pairs.len() / n..(k + 1) * pairs.len() / n).collect())
             .collect(),
         Contact::Point => vec![loaded_spans(input, episode, &pairs)],
     };
