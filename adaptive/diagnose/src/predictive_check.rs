@@ -121,6 +121,7 @@ mod tests {
         let named = observed(stuck, &nominal.with(Effect::free(Kind::SupportFriction)));
         assert!(!named.is_poor(&wrong), "{named:?}");
     }
+
     #[test]
     fn effects_that_leave_half_of_the_nominal_errors_are_poor() {
         let check = |share: f64| PredictiveCheck { standardised: 100.0, share };

@@ -140,11 +140,10 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let gained = found.tried[base].fit.cost - found.tried[best].fit.cost;
     let named = (best != base).then_some(NamedModel { gained, lack });
     let mut verdict = verdict_of(engine.observations(), found.before, named, is_material(errors));
-    let is_poor = match (errors, check_of(base)?) {
-        (Some(errors), Some(nominal)) => errors.is_poor(&nominal),
-        _ => false,
-    };
-    if verdict == Verdict::Explained && is_poor {
+    if verdict == Verdict::Explained
+        && let (Some(errors), Some(nominal)) = (errors, check_of(base)?)
+        && errors.is_poor(&nominal)
+    {
         verdict = Verdict::Unexplained;
     }
     if verdict == Verdict::Unexplained {

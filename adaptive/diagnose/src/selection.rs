@@ -315,6 +315,21 @@ mod tests {
     }
 
     #[test]
+    fn a_load_heavier_than_the_object_is_defined() {
+        let load = effect(Kind::MassChange, &[("episode", 1.0), ("time", 2.0), ("mass", 26.0)]);
+        let data = World::of(locked().with(load.clone())).recording(4);
+        let added = vec![Effect::free(Kind::MassChange).with("episode", Some(1.0))];
+        let nominal = Own::new(&data, None).unwrap().nominal().clone();
+        let free = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal };
+        let own: Vec<f64> = [20.0, 0.0, 0.0, 0.0, 20.0, 100.0, 1.0, 2.0, 20.0].into();
+        let options = FitOptions { starts: 2, ..FitOptions::default() };
+        let fitted = fit(&Comparison::of(&data).unwrap(), &free, &[own], &options, &Quiet).unwrap();
+        let tried = FittedModel::new(added, fitted, None);
+        let mass = tried.fit.estimate("mass_change.mass").unwrap();
+        assert!((mass.mean - 26.0).abs() < 2.0 && is_defined(&tried, 0), "{mass:?}");
+    }
+
+    #[test]
     fn a_swinging_load_without_its_frequency_is_not_defined() {
         let all: Vec<&str> = Kind::SwingingLoad.spec().params.iter().map(|p| p.name).collect();
         assert!(is_defined(&fit_with_identified(Kind::SwingingLoad, &all), 0));

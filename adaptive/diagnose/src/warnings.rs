@@ -93,7 +93,7 @@ pub(crate) fn harmful_effects(missing: &[MissingEffect]) -> Vec<String> {
         let explains = effect.explains.filter(|share| *share < 1.0 - MIN_WORSE_RATIO)?;
         Some(format!(
             "{} makes predictions of held-out episodes worse: their misfit is {:.2} times that of a refit without it; \
-             the law may be a similar one that the catalogue lacks",
+             the true law may be a similar one outside the catalogue",
             effect.effect,
             1.0 - explains
         ))

@@ -133,7 +133,7 @@ impl Searcher<'_> {
             _ => vec![],
         };
         let own = starts.into_iter().map(|values| (values, Some(&parent.fit)));
-        let own = own.chain(loads.iter().map(|(values, beside)| (values.clone(), Some(beside))));
+        let own = own.chain(loads.iter().map(|(values, model)| (values.clone(), Some(model))));
         let all = own.chain(plays.into_iter().map(|values| (values, None)));
         let one = |(values, from): (Vec<f64>, Option<&Fit>)| {
             let mut effects = parent.fit.fitted_effects();

@@ -83,3 +83,32 @@ pub struct Dynamics {
     /// One entry for each episode of the recording.
     pub episodes: Vec<EpisodeDynamics>,
 }
+
+/// Plausible distance of a payload from the origin of its body, in units of the body's largest lever arm: that of a rod's end
+/// from a hinge at its other end is 1.7.
+const PAYLOAD_ARMS: f64 = 2.0;
+
+impl Dynamics {
+    /// Distance of a payload from the origin of each body that is plausible, m.
+    pub(crate) fn farthest_payloads(&self) -> Vec<f64> {
+        (0..self.bodies.len()).map(|body| PAYLOAD_ARMS * self.lever_arm(body)).collect()
+    }
+
+    /// Largest radius of gyration of a body about the axes of the hinges, m; 1 m if no hinge moves it.
+    fn lever_arm(&self, body: usize) -> f64 {
+        let radius = |j: usize| {
+            let episodes =
+                self.episodes.iter().filter_map(|episode| episode.inertia_by_mass.get(j)?.get(body));
+            rms_of(episodes.flatten().map(|inertia| inertia.max(0.0).sqrt()))
+        };
+        let hinges = (0..self.is_hinge.len()).filter(|j| self.is_hinge[*j]);
+        let largest = hinges.map(radius).fold(0.0, f64::max);
+        if largest > 0.0 { largest } else { 1.0 }
+    }
+}
+
+/// Root mean square of some values.
+pub(crate) fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
+}

@@ -26,7 +26,7 @@ pub(crate) struct Interval {
 
 /// Covariance of all slots; `None` if the precision is singular. Correlated residuals count as fewer samples: `time` is the
 /// correlation time of each joint's residual, in samples.
-fn covariance(problem: &Problem, fit: &Fit, time: &[f64]) -> Option<DMatrix<f64>> {
+pub(crate) fn covariance(problem: &Problem, fit: &Fit, time: &[f64]) -> Option<DMatrix<f64>> {
     let rows = evaluate(problem, &fit.effects, &fit.slots, &fit.values, Scope::Training, true);
     let sd: Vec<f64> = fit.sd.iter().zip(time).map(|(sd, time)| sd * time.sqrt()).collect();
     let (mut matrix, _) = normal_equations(&rows, &sd, &fit.slots, &fit.values, &|_| true);

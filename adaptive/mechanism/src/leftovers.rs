@@ -7,8 +7,9 @@ use crate::search::Searcher;
 use crate::tried::Tried;
 use trundle_diagnose::{MIN_MATERIAL_ERROR_RATIO, NEGLIGIBLE_SHARE};
 
-/// Probability below which an effect is not named.
-const MIN_NAMED: f64 = 0.5;
+/// Share in what was missing, in units of a negligible one, below which an effect is not named: it is then more probably a
+/// correction of another law.
+const MIN_NAMED_SHARE: f64 = 0.5;
 
 impl Searcher<'_> {
     /// Joints at which the errors rise by a material ratio without an effect.
@@ -50,7 +51,7 @@ impl Searcher<'_> {
 
 /// Whether an effect with a largest probability is not named.
 pub(crate) fn is_leftover(limit: f64) -> bool {
-    limit < MIN_NAMED
+    limit < MIN_NAMED_SHARE
 }
 
 /// Mean square of the left-out errors of a joint.

@@ -5,11 +5,10 @@
 
 use crate::answer::JointAnswer;
 use crate::fit::Fit;
+use crate::intervals::covariance;
 use crate::model::{Kind, Role};
 use crate::problem::Problem;
-use crate::rows::{Scope, evaluate, normal_equations};
 use crate::statement::shown;
-use nalgebra::DMatrix;
 use trundle_diagnose::Quantity;
 
 /// Standard deviation at which a value is identified: a share of the mass, and of the prior's standard deviation of a place.
@@ -31,7 +30,9 @@ pub(crate) fn state_payloads(problem: &Problem, fit: &Fit, answer: &mut JointAns
         let (Some(entry), Some(slots)) = (entry, slots) else { continue };
         let quantities: Option<Vec<Quantity>> =
             NAMES.map(|name| entry.parameters.get(name).cloned()).into_iter().collect();
-        let (Some(quantities), Some(covariance)) = (quantities, covariance(problem, fit)) else { continue };
+        // Correlations hardly depend on how long residuals are correlated.
+        let covariance = covariance(problem, fit, &vec![1.0; problem.joints.len()]);
+        let (Some(quantities), Some(covariance)) = (quantities, covariance) else { continue };
         let prior = [1, 2, 3].map(|i| fit.slots[slots[i]].prior[1]);
         let correlation = [1, 2, 3].map(|i| {
             let [mass, place] = [slots[0], slots[i]];
@@ -73,16 +74,6 @@ fn sentence(body: &str, values: &[Quantity], prior: [f64; 3], correlation: [f64;
          ({x}, {y}, {z}) {}·m.",
         mass.unit
     ))
-}
-
-/// Covariance of all slots; `None` if the precision is singular. Its scale does not matter here.
-fn covariance(problem: &Problem, fit: &Fit) -> Option<DMatrix<f64>> {
-    let rows = evaluate(problem, &fit.effects, &fit.slots, &fit.values, Scope::Training, true);
-    let (matrix, _) = normal_equations(&rows, &fit.sd, &fit.slots, &fit.values, &|_| true);
-    let scale: Vec<f64> = matrix.diagonal().iter().map(|x| x.max(f64::MIN_POSITIVE).sqrt()).collect();
-    let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, k| matrix[(i, k)] / (scale[i] * scale[k]));
-    let inverse = scaled.cholesky()?.inverse();
-    Some(DMatrix::from_fn(scale.len(), scale.len(), |i, k| inverse[(i, k)] / (scale[i] * scale[k])))
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ const MAX_PLACES: usize = 3;
 /// Steps of the grid of places from the origin of the body to the farthest one.
 const GRID_STEPS: i32 = 10;
 
-/// Values of the best payloads, each with the model's values beside it.
+/// Values of the best payloads, each with the values of the model's other parameters.
 pub(crate) fn best_point_masses(problem: &Problem, parent: &Fit, body: usize) -> Vec<(Vec<f64>, Fit)> {
     let farthest = problem.farthest_payload[body];
     let Some(system) = System::new(problem, parent, body, farthest) else { return vec![] };

@@ -2,7 +2,7 @@
 
 use crate::bandwidth::StageSds;
 use crate::drive::Drive;
-use crate::dynamics::{AxisLoad, Dynamics, EpisodeDynamics};
+use crate::dynamics::{AxisLoad, Dynamics, EpisodeDynamics, rms_of};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
 use crate::laws::JointScales;
@@ -16,9 +16,6 @@ use trundle_record::{Axis, EncoderSide, JointRecording};
 const REST_NOISE_SDS: f64 = 3.0;
 /// Least speed that counts as motion, as a share of the joint's rms velocity.
 const MIN_SPEED_SHARE: f64 = 0.05;
-/// Plausible distance of a payload from the origin of its body, in units of the body's largest lever arm: that of a rod's end
-/// from a hinge at its other end is 1.7.
-const PAYLOAD_ARMS: f64 = 2.0;
 /// Least share of a compared sample's weight at which the joint must move.
 const MIN_MOVING_SHARE: f64 = 0.9;
 
@@ -154,9 +151,7 @@ impl Problem {
             simulator,
             bodies: dynamics
                 .map_or(vec![], |d| d.bodies.iter().cloned().zip(d.masses.iter().copied()).collect()),
-            farthest_payload: dynamics.map_or(vec![], |d| {
-                (0..d.bodies.len()).map(|body| PAYLOAD_ARMS * lever_arm(d, body)).collect()
-            }),
+            farthest_payload: dynamics.map_or(vec![], Dynamics::farthest_payloads),
             of_model: dynamics.map_or(vec![[0.0; 3]; motion.joints.len()], |d| {
                 (0..motion.joints.len()).map(|j| [d.armature[j], d.damping[j], d.frictionloss[j]]).collect()
             }),
@@ -290,23 +285,6 @@ impl Problem {
         let training = self.episodes.iter().filter(|e| !e.held_out);
         rms_of(training.filter_map(|e| e.dynamics.as_ref()).flat_map(|d| d.effort[j].iter().copied()))
     }
-}
-
-/// Largest radius of gyration of a body about the axes of the hinges, m; 1 m if no hinge moves it.
-fn lever_arm(dynamics: &Dynamics, body: usize) -> f64 {
-    let square = |j: usize| {
-        let episodes =
-            dynamics.episodes.iter().filter_map(|episode| episode.inertia_by_mass.get(j)?.get(body));
-        rms_of(episodes.flatten().map(|inertia| inertia.max(0.0).sqrt()))
-    };
-    let largest =
-        (0..dynamics.is_hinge.len()).filter(|j| dynamics.is_hinge[*j]).map(square).fold(0.0, f64::max);
-    if largest > 0.0 { largest } else { 1.0 }
-}
-
-fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
-    (sum / f64::max(count, 1.0)).sqrt()
 }
 
 /// Measured efforts may belong to any time between their neighbours. A held command may have changed between two samples,

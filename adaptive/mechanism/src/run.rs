@@ -64,28 +64,12 @@ pub fn diagnose_joints(
         found.best = found.base.clone();
         found.support.clear();
     }
-    let mut limits = limits(&problem, &searcher, &mut found, [&before, &after]);
-    let mut leftovers = vec![];
-    let mut answer = loop {
-        if verdict != Verdict::Unexplained {
-            searcher.try_further(&found.best, &mut found.tried)?;
-        }
-        watch.progress("figures", 0.0);
-        let (answer, leftover) = answer(&problem, &searcher, &mut found, verdict, [&before, &after], &limits);
-        let Some(k) = leftover else { break answer };
-        let best = found.best.clone();
-        let kind = best.fit.effects[k].kind;
-        let is_own = |one: &JointEffect| one.effect == kind.effect() && one.place == place(&problem, kind);
-        leftovers.extend(answer.missing.into_iter().find(is_own));
-        found.best = searcher.without_effect(&best, k, &mut found.tried);
-        found.support = searcher.support_of_all(&found.best.clone(), &mut found.tried);
-        limits.remove(k);
-    };
-    let is_new = |new: &JointEffect| {
-        answer.immaterial.iter().all(|one| one.effect != new.effect || one.place != new.place)
-    };
-    leftovers.retain(is_new);
-    answer.immaterial.extend(leftovers);
+    let limits = limits(&problem, &searcher, &mut found, [&before, &after]);
+    if verdict != Verdict::Unexplained {
+        searcher.try_further(&found.best, &mut found.tried)?;
+    }
+    watch.progress("figures", 0.0);
+    let answer = answer(&problem, &searcher, &mut found, verdict, [&before, &after], &limits);
     let (base, best) = (found.base.fit, found.best.fit);
     Ok(JointOutcome::new(&problem, answer, base, best))
 }
@@ -191,7 +175,6 @@ fn explained(problem: &Problem, found: &Found, joints: &[usize]) -> f64 {
     explanation([size(&found.base), size(&found.best)], mean(&|j| noise_floor(problem, j)))
 }
 
-/// The answer, and an effect that is no name because of its small share in what was missing.
 fn answer(
     problem: &Problem,
     searcher: &Searcher<'_>,
@@ -199,7 +182,7 @@ fn answer(
     verdict: Verdict,
     [before, after]: [&[LackOfFit]; 2],
     limits: &[Limit],
-) -> (JointAnswer, Option<usize>) {
+) -> JointAnswer {
     let times = searcher.times(&found.best);
     let best = found.best.clone();
     let immaterial = immaterial(problem, searcher, found, &best);
@@ -208,7 +191,6 @@ fn answer(
     let weights = weights(searcher, found, &times);
     let spread = intervals(problem, &best.fit, &times);
     let mut missing: Vec<JointEffect> = vec![];
-    let mut leftover = None;
     for (k, limit) in limits.iter().enumerate() {
         let simpler = searcher.without_effect(&best, k, &mut found.tried);
         let support = found.support.get(k).copied().unwrap_or(Support {
@@ -220,9 +202,6 @@ fn answer(
         let chance = support.probability.min(probability_of(found, &weights, kind));
         let explains = rise(problem, &simpler.fit, &best.fit);
         let probability = (limit.share * calibrated(chance)).min(limit.most).min(support.share());
-        if limit.share < 1.0 && is_leftover(probability) {
-            leftover = leftover.or(Some(k));
-        }
         missing.push(reported(problem, &best.fit, &spread, k, probability, explains));
     }
     missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
@@ -236,7 +215,7 @@ fn answer(
             .sum::<f64>()
     };
     let is_consistent = verdict == Verdict::Consistent;
-    let answer = JointAnswer {
+    JointAnswer {
         format: "trundle-diagnosis/1",
         recording: problem.name.clone(),
         verdict,
@@ -283,8 +262,7 @@ fn answer(
             training: before_after(problem, &found.base.fit, &found.best.fit, false),
         },
         missing,
-    };
-    (answer, leftover)
+    }
 }
 
 /// Limits of an effect's probability.

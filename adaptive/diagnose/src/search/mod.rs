@@ -360,7 +360,7 @@ fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = Fi
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{MAX_EFFECTS, SCREENED_PER_RANKED_KIND, Searcher, fair_share, kinds};
+    use super::{MAX_EFFECTS, Searcher, fair_share, kinds};
     use crate::engine::Engine;
     use crate::engine::own::Own;
     use trundle_fixtures::{World, effect, locked};
@@ -375,7 +375,7 @@ mod tests {
         let base = engine.base(0, &Quiet).unwrap();
         let searcher = Searcher { engine: &engine, without: &[], regions: &[], seed: 0, watch: &Quiet };
         let jobs = searcher.jobs(&base, &searcher.offered(&base), 4).unwrap();
-        assert_eq!(jobs.len(), SCREENED_PER_RANKED_KIND * 4);
+        assert_eq!(jobs.len(), 8);
         let mut tried = vec![base];
         searcher.try_all("single effects", jobs, 4, &mut tried).unwrap();
         assert_eq!(tried.len(), 1 + 4);

@@ -83,7 +83,7 @@ pub trait JointLaw<T: Real>: Sized {
         reading
     }
 
-    /// Gain of the reading, whatever the motion. Residuals are multiplied by it: they are errors of the reading. A gain
+    /// Gain of the reading, the same for every motion. Residuals are multiplied by it: they are errors of the reading. A gain
     /// below one would otherwise be charged for the larger errors of the motion in units of effort.
     fn reading_gain(&self) -> Option<T> {
         None
