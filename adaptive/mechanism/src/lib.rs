@@ -22,6 +22,7 @@ mod kernel;
 mod lack_of_fit;
 mod laws;
 mod leftovers;
+mod limits;
 mod location;
 mod memo;
 mod model;

@@ -9,16 +9,17 @@ use crate::error::MechanismError;
 use crate::figures::figures;
 use crate::fit::{Fit, fit};
 use crate::intervals::{Interval, are_defined, intervals};
-use crate::lack_of_fit::{CERTAIN_EXPLANATION, LackOfFit, explanation, lack_of_fit};
+use crate::lack_of_fit::{LackOfFit, lack_of_fit};
 use crate::leftovers::is_leftover;
+use crate::limits::{Limit, explained, limits, remaining};
 use crate::location::{regime, shares, windows};
-use crate::model::{Effect, Kind, Role, place};
+use crate::model::{Kind, Role, place};
 use crate::motion::Motion;
 use crate::outcome::JointOutcome;
 use crate::problem::Problem;
 use crate::rest::with_rest;
 use crate::rivals::{alternatives, probability_of, single_ties, tied, weights};
-use crate::rows::{Scope, noise_floor};
+use crate::rows::Scope;
 use crate::search::Searcher;
 use crate::statement::statement;
 use crate::tried::{Found, Support, Tried};
@@ -160,21 +161,6 @@ fn verdict(
     }
 }
 
-/// Share of a joint's misfit beyond noise that remains with the effects.
-fn remaining(found: &Found, before: &[LackOfFit], after: &[LackOfFit], j: usize) -> f64 {
-    let square = |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]);
-    let gained = (square(&found.base) - square(&found.best)).max(0.0);
-    let missing = before[j].mean_square.max(gained + after[j].mean_square);
-    if missing > 0.0 { after[j].mean_square.max(0.0) / missing } else { 0.0 }
-}
-
-/// How far the best model reduces the misfit of joints towards the noise: their geometric mean.
-fn explained(problem: &Problem, found: &Found, joints: &[usize]) -> f64 {
-    let mean = |of: &dyn Fn(usize) -> f64| joints.iter().map(|j| of(*j).ln()).sum::<f64>().exp();
-    let size = |tried: &Tried| mean(&|j| tried.left_out.mean_square(j, tried.fit.sd[j]).sqrt());
-    explanation([size(&found.base), size(&found.best)], mean(&|j| noise_floor(problem, j)))
-}
-
 fn answer(
     problem: &Problem,
     searcher: &Searcher<'_>,
@@ -263,46 +249,6 @@ fn answer(
         },
         missing,
     }
-}
-
-/// Limits of an effect's probability.
-#[derive(Clone, Copy, Debug)]
-struct Limit {
-    /// Its share in what was missing, see [`crate::leftovers`]: a factor.
-    share: f64,
-    /// Largest probability by what the effects leave.
-    most: f64,
-}
-
-/// Limits of each effect that is named. Names that explain a negligible share are dropped; the others are judged
-/// with them, as is the verdict.
-fn limits(
-    problem: &Problem,
-    searcher: &Searcher<'_>,
-    found: &mut Found,
-    [before, after]: [&[LackOfFit]; 2],
-) -> Vec<Limit> {
-    let best = found.best.clone();
-    // Effects that leave much of the misfit are less probably the right ones.
-    let own = |k: usize, tried: &mut Vec<Tried>| match best.fit.effects[k].kind.joint() {
-        Some(j) => vec![j],
-        None => searcher.material_joints(&searcher.without_effect(&best, k, tried), &best),
-    };
-    let affected: Vec<(Kind, Vec<usize>)> =
-        (0..best.fit.effects.len()).map(|k| (best.fit.effects[k].kind, own(k, &mut found.tried))).collect();
-    let (named, shares) = searcher.without_leftovers(&found.base, best.clone(), &mut found.tried);
-    let limit = |(effect, share): (&Effect, &f64)| {
-        let joints = affected.iter().find(|(kind, _)| *kind == effect.kind).map_or(&[][..], |(_, own)| own);
-        let left = joints.iter().map(|j| remaining(found, before, after, *j)).fold(0.0, f64::max);
-        let most = (1.0 - left).min(explained(problem, found, joints) / CERTAIN_EXPLANATION);
-        Limit { share: *share, most }
-    };
-    let limits = named.fit.effects.iter().zip(&shares).map(limit).collect();
-    if named.fit.effects.len() < best.fit.effects.len() {
-        found.support = searcher.support_of_all(&named, &mut found.tried);
-        found.best = named;
-    }
-    limits
 }
 
 fn before_after(problem: &Problem, before: &Fit, after: &Fit, held_out: bool) -> Option<JointBeforeAfter> {
