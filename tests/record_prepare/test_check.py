@@ -73,6 +73,24 @@ def test_a_wrench_in_world_axes_without_a_gripper_has_no_findings(found: Found) 
     assert kinds(found(corrupt), "error", "warning") == set()
 
 
+def test_an_object_that_is_released_is_not_far_from_the_gripper(found: Found) -> None:
+    """After a short push the gripper stays two metres away without a load: that is no error of a place."""
+
+    def release(described: dict[str, Any], episodes: TABLES) -> None:
+        described["wrench"]["contact"] = "point"
+        rng = np.random.default_rng(0)
+        for columns in episodes.values():
+            released = columns["t"] > 2.0
+            for axis, offset, sd in zip(
+                ("force_x", "force_y", "torque_z"), OFFSET, (0.4, 0.4, 0.05), strict=True
+            ):
+                rows = released & ~np.isnan(columns[axis])
+                columns[axis][rows] = offset + sd * rng.standard_normal(rows.sum())
+            columns["gripper_x"][released & ~np.isnan(columns["gripper_x"])] -= 2.0
+
+    assert "place" not in kinds(found(release), "error", "warning")
+
+
 def rail(sign: float) -> trundle.Recording:
     """A cart of 90 kg with viscous and dry friction, driven back and forth on a rail."""
     t = np.arange(0.0, 8.0, 0.002)
