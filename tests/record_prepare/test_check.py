@@ -91,6 +91,18 @@ def test_an_object_that_is_released_is_not_far_from_the_gripper(found: Found) ->
     assert "place" not in kinds(found(release), "error", "warning")
 
 
+def test_a_grasp_does_not_slip_where_poses_are_lost(found: Found) -> None:
+    """The object's poses end 1 s before those of the gripper, while it moves."""
+
+    def lose(_: dict[str, Any], episodes: TABLES) -> None:
+        for columns in episodes.values():
+            ended = columns["t"] > 2.0
+            for name in ("object_x", "object_y", "object_theta"):
+                columns[name][ended] = np.nan
+
+    assert "grasp" not in kinds(found(lose), "error", "warning")
+
+
 def rail(sign: float) -> trundle.Recording:
     """A cart of 90 kg with viscous and dry friction, driven back and forth on a rail."""
     t = np.arange(0.0, 8.0, 0.002)

@@ -16,8 +16,6 @@ const MIN_EPISODE_SHARE: f64 = 0.03;
 const MAX_RANDOM_PROBABILITY: f64 = 1e-6;
 /// Minimum number of runs of losses for a model of losses in runs.
 const MIN_RUNS: usize = 4;
-/// Minimum mean length of the runs relative to independent losses.
-const MIN_RUN_LENGTH_RATIO: f64 = 2.0;
 
 /// Checks all streams for drop-outs.
 pub(crate) fn gaps(input: &CheckInput) -> Vec<Finding> {
@@ -92,25 +90,90 @@ fn longest_random_gap(t: &[f64], all: &[Vec<f64>], step: f64, longest: f64) -> f
     let finest = t.windows(2).map(|p| p[1] - p[0]).fold(f64::INFINITY, f64::min).max(0.2 * step);
     let irregular = if finest < 0.7 * step { 2.0 } else { 1.0 };
     let independent = irregular * step * (1.0 + (MAX_RANDOM_PROBABILITY / n).ln() / lost.ln());
-    independent.max(in_runs(all, step, lost).unwrap_or(0.0))
+    independent.max(in_runs(all, step).unwrap_or(0.0))
 }
 
-/// Longest gap that random losses in runs of exponential length explain, s. The mean length is that of the runs of all
-/// episodes without the longest one of each. `None` if the runs are no longer than independent losses.
-fn in_runs(all: &[Vec<f64>], step: f64, lost: f64) -> Option<f64> {
-    let runs: Vec<f64> = all.iter().flat_map(|t| runs(t, step)).collect();
-    let n = runs.len() as f64;
-    // Weighted by length, so that single losses have little influence.
-    let mean = runs.iter().map(|run| run * run).sum::<f64>() / (2.0 * runs.iter().sum::<f64>());
-    (runs.len() >= MIN_RUNS && mean > MIN_RUN_LENGTH_RATIO * step / (1.0 - lost))
-        .then(|| step + mean * (n / MAX_RANDOM_PROBABILITY).ln())
+/// Longest gap that random losses in runs of exponential length explain, s; `None` with too few runs.
+///
+/// The longest run of each episode may be a drop-out and is left out. The mean length is the ratio of the sums of squared
+/// and of plain lengths of the others, so that single losses have little influence, over the ratio of their expected values
+/// for a mean of one.
+fn in_runs(all: &[Vec<f64>], step: f64) -> Option<f64> {
+    let (mut n, mut sums, mut expected) = (0, [0.0; 2], [0.0; 2]);
+    for t in all {
+        let runs = sorted_runs(t, step);
+        n += runs.len();
+        runs.iter().rev().skip(1).for_each(|run| sums = [sums[0] + run, sums[1] + run * run]);
+        let [sum, squares] = expected_sums_without_longest(runs.len());
+        expected = [expected[0] + sum, expected[1] + squares];
+    }
+    let mean = sums[1] / sums[0] * expected[0] / expected[1];
+    (n >= MIN_RUNS && mean.is_finite()).then(|| step + mean * (n as f64 / MAX_RANDOM_PROBABILITY).ln())
 }
 
-/// Lengths of the gaps in excess of a step, without the longest one, s.
-fn runs(t: &[f64], step: f64) -> Vec<f64> {
+/// Expected sums of the lengths and of the squared lengths of `n` runs without the longest one, for exponential lengths of
+/// mean one. The longest has the mean `Σ 1/k` and the variance `Σ 1/k²` for k from 1 to n (Rényi).
+fn expected_sums_without_longest(n: usize) -> [f64; 2] {
+    let sum = |power: i32| (1..=n).map(|k| (k as f64).powi(-power)).sum::<f64>();
+    let (mean, variance) = (sum(1), sum(2));
+    [n as f64 - mean, 2.0 * n as f64 - mean * mean - variance]
+}
+
+/// Lengths of the gaps in excess of a step in ascending order, s.
+fn sorted_runs(t: &[f64], step: f64) -> Vec<f64> {
     let gaps = t.windows(2).map(|pair| pair[1] - pair[0] - step).filter(|gap| *gap > 0.5 * step);
     let mut gaps: Vec<f64> = gaps.collect();
     gaps.sort_by(f64::total_cmp);
-    gaps.pop();
     gaps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Ten episodes of 4 s at 25 Hz that lose runs of samples of exponential length, mean 0.2 s: about three in each.
+    fn lossy(seed: u64) -> Vec<Vec<f64>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut exponential = |mean: f64| -mean * (1.0 - rng.random::<f64>()).ln();
+        let mut episode = || {
+            let (mut t, mut times, mut until) = (0.0, vec![], exponential(1.0));
+            while t < 4.0 {
+                if t > until {
+                    t += (exponential(0.2) / 0.04).ceil() * 0.04;
+                    until = t + exponential(1.0);
+                }
+                times.push(t);
+                t += 0.04;
+            }
+            times
+        };
+        (0..10).map(|_| episode()).collect()
+    }
+
+    #[test]
+    fn the_longest_of_few_random_runs_is_no_drop_out() {
+        for seed in 0..200 {
+            let all = lossy(seed);
+            let found = all.iter().filter_map(|t| unexplained_gap(t, &all)).map(|gap| gap.length());
+            assert_eq!(found.collect::<Vec<_>>(), vec![], "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn drop_outs_in_two_episodes_are_found_among_short_runs() {
+        let mut all = lossy(0);
+        for t in &mut all[..2] {
+            t.iter_mut().filter(|t| **t > 2.0).for_each(|t| *t += 6.0);
+        }
+        let found = all.iter().filter(|t| unexplained_gap(t, &all).is_some()).count();
+        assert_eq!(found, 2);
+    }
+
+    #[test]
+    fn expected_sums_of_two_runs_are_those_of_the_shorter_one() {
+        let [sum, squares] = expected_sums_without_longest(2);
+        assert!((sum - 0.5).abs() < 1e-12 && (squares - 0.5).abs() < 1e-12, "{sum} {squares}");
+    }
 }

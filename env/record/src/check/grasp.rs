@@ -27,10 +27,19 @@ fn is_referred_to_gripper(input: &CheckInput) -> bool {
     input.data.reference() == Reference::Sensor && !input.data.meta.on_rail() && input.data.size > 0.0
 }
 
-/// Wrench samples under load from contact on.
+/// Motion of a firm grasp in the object frame that is tolerated between simultaneous poses, m.
+fn tolerated_motion(input: &CheckInput) -> f64 {
+    let sd = input.data.dataset.noise.pose;
+    let arm = sd[2] * input.data.size; // noise of the heading also moves the grasp
+    (MAX_GRASP_MOTION_SD * (sd[0].max(sd[1]) + arm)).max(MAX_GRASP_MOTION_SHARE * input.data.size)
+}
+
+/// Wrench samples under load from contact on, where poses are known. In a long gap of the poses, or after the last one, the
+/// position of the gripper on the object is too uncertain.
 fn loaded<'a>(input: &'a CheckInput, episode: &'a EpisodeData) -> impl Iterator<Item = &'a WrenchSample> {
-    let from_contact = episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact);
-    from_contact.filter(|w| input.data.is_loaded(w))
+    let max_sd = tolerated_motion(input) / MAX_GRASP_MOTION_SD;
+    let known = move |w: &&WrenchSample| w.t >= episode.prepared.contact && w.frame_sd <= max_sd;
+    episode.prepared.wrench.iter().filter(known).filter(|w| input.data.is_loaded(w))
 }
 
 /// Wrench samples under load, split into separate grasps. A gripper without load may have released the object.
@@ -65,11 +74,7 @@ pub(crate) fn slip(input: &CheckInput) -> Vec<Finding> {
 }
 
 fn slip_finding(input: &CheckInput, episode: &EpisodeData, motion: f64) -> Option<(f64, Finding)> {
-    let sd = input.data.dataset.noise.pose;
-    let arm = sd[2] * input.data.size; // noise of the heading also moves the grasp
-    let tolerated =
-        (MAX_GRASP_MOTION_SD * (sd[0].max(sd[1]) + arm)).max(MAX_GRASP_MOTION_SHARE * input.data.size);
-    (motion > tolerated + asynchrony(episode)).then(|| {
+    (motion > tolerated_motion(input) + asynchrony(episode)).then(|| {
         let sentence =
             format!("wrench.contact is \"grasp\", but the gripper moves by {:.0} mm on the object", 1e3 * motion);
         let remedy = "set wrench.contact = \"point\" if the gripper only pushes; otherwise the grasp slips, or the \

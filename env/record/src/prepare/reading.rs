@@ -208,7 +208,8 @@ impl<'a> Reader<'a> {
         // An error of the angle rotates the force; an error of the position changes its torque (equation 13).
         let rotated = force * force * angle;
         let variance = [rotated, rotated, force * force * position];
-        WrenchSample { t, reading, frame, frame_noise: variance.map(|v| v * from.correlation) }
+        let frame_sd = sensor.as_ref().map_or(0.0, |sensor| sensor.variance[0].sqrt());
+        WrenchSample { t, reading, frame, frame_noise: variance.map(|v| v * from.correlation), frame_sd }
     }
 
     /// Pose in the object frame of the frame in which the reading is published.

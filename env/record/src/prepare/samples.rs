@@ -15,6 +15,8 @@ pub struct WrenchSample {
     /// Noise density of the reading due to the uncertainty of `frame`: variance times correlation time, N² s, N² s,
     /// N² m² s.
     pub frame_noise: [f64; 3],
+    /// Standard deviation of the position of `frame` along each axis, m.
+    pub frame_sd: f64,
 }
 
 impl WrenchSample {

@@ -33,7 +33,8 @@ impl Trajectory {
         if motion.is_empty() { Self::Latest(samples.to_vec()) } else { Self::Smoothed(motion) }
     }
 
-    /// Pose at time `t`, s, clamped to the first and the last sample. `None` without samples.
+    /// Pose at time `t`, s. Before the first sample it is that of the first sample; after the last one of a smoothed
+    /// trajectory the velocity is kept. `None` without samples.
     pub fn at(&self, t: f64) -> Option<PoseAt> {
         match self {
             Self::Latest(samples) => {
@@ -45,11 +46,8 @@ impl Trajectory {
                 let after = motion.partition_point(|m| m.t <= t);
                 match (after.checked_sub(1).and_then(|k| motion.get(k)), motion.get(after)) {
                     (Some(before), Some(next)) => Some(between(before, next, t)),
-                    (Some(end), None) | (None, Some(end)) => Some(PoseAt {
-                        pose: end.pose,
-                        variance: [0, 1, 2].map(|k| end.cov[k][0][0]),
-                        correlation: 0.0,
-                    }),
+                    (Some(last), None) => Some(beyond(last, t)),
+                    (None, Some(first)) => Some(beyond(first, first.t)),
                     (None, None) => None,
                 }
             }
@@ -73,6 +71,17 @@ fn between(a: &Motion, b: &Motion, t: f64) -> PoseAt {
         mixed(0) + (h * u).powi(2) * mixed(1) + (h * h * u / 2.0).powi(2) * mixed(2)
     };
     PoseAt { pose: [0, 1, 2].map(value), variance: [0, 1, 2].map(variance), correlation: h }
+}
+
+/// Pose after the last sample, at constant velocity. The acceleration there is a measure of what this neglects.
+fn beyond(last: &Motion, t: f64) -> PoseAt {
+    let h = t - last.t;
+    let variance = |k: usize| {
+        let [pose, twist, accel] = [0, 1, 2].map(|i| last.cov[k][i][i]);
+        pose + h * h * twist + (h * h / 2.0).powi(2) * (last.accel[k].powi(2) + accel)
+    };
+    let pose = [0, 1, 2].map(|k| last.pose[k] + h * last.twist[k]);
+    PoseAt { pose, variance: [0, 1, 2].map(variance), correlation: h }
 }
 
 /// `samples` with a continuous angle.
@@ -120,6 +129,19 @@ mod tests {
             assert!((at.pose[2] - truth).abs() < 2e-3, "{t}: {} for {truth}", at.pose[2]);
             assert!((at.pose[2] - truth).abs() < 4.0 * at.variance[2].sqrt(), "sd {}", at.variance[2].sqrt());
         }
+    }
+
+    #[test]
+    fn beyond_the_last_sample_the_velocity_is_kept_and_the_uncertainty_grows() {
+        let trajectory = Trajectory::new(&swing(0.02, 3.0), &NOISE, true);
+        for late in [0.1, 0.3] {
+            let at = trajectory.at(3.0 + late).unwrap();
+            let error = (at.pose[2] - 0.8 * (2.0 * (3.0 + late)).sin()).abs();
+            assert!(error < 3.0 * at.variance[2].sqrt(), "{late}: {error}, sd {}", at.variance[2].sqrt());
+            assert!(error < 0.1 * late, "{late}: {error}");
+        }
+        let [before, first] = [-1.0, 0.0].map(|t| trajectory.at(t).unwrap().pose);
+        assert_eq!(before, first, "before the first sample the pose is not extrapolated");
     }
 
     #[test]
