@@ -4,7 +4,7 @@ use crate::InferError;
 use crate::curve::{Curve, MeanReading};
 use crate::timing::Timing;
 use std::sync::Arc;
-use trundle_model::{Clock, Real};
+use trundle_model::{Clock, Plant, Real};
 use trundle_record::{Motion, Noise, PoseSample, Prepared};
 
 /// Minimum spacing of the poses used in a fit, as a share of the maximum step. Closer poses cost time and add
@@ -33,11 +33,20 @@ pub struct Step {
     /// Variance of the mean reading in addition to the sensor noise, reading axes: from the frame's
     /// uncertainty and from variation between samples.
     pub spread: [f64; 3],
+    /// Largest delay of the readings with which the object rests during the step, s (see [`Curve::resting_delay`]).
+    pub(crate) resting_delay: f64,
     /// Pose measured at the end.
     pub pose: Option<[f64; 3]>,
 }
 
 impl Step {
+    /// Whether the object still rests because the step ends before contact, which a late reading shows late.
+    #[inline]
+    pub fn is_before_contact<T: Real>(&self, plant: &Plant<T>) -> bool {
+        self.resting_delay > f64::NEG_INFINITY
+            && Timing::of(plant, self.clock).map_or(0.0, |timing| timing.delay()) <= self.resting_delay
+    }
+
     /// Mean reading over the step, corrected for delays and lags where `timing` is given.
     #[inline]
     pub(crate) fn reading<T: Real>(&self, curve: &Curve, timing: Option<&Timing<T>>) -> [T; 3] {
@@ -68,7 +77,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Divides an episode into steps. An object at rest is followed from contact on.
+    /// Divides an episode into steps. An object at rest is followed from shortly before contact on.
     ///
     /// # Errors
     /// When fewer than five poses or two wrench samples are left.
@@ -138,6 +147,15 @@ impl Track {
         }
     }
 
+    /// The part of the track from the last pose before contact on, if the readings are not late.
+    pub fn from_contact(self) -> Self {
+        let rests = self.steps.iter().take_while(|step| step.resting_delay >= 0.0).count();
+        let first =
+            self.steps[..rests].iter().rposition(|step| step.pose.is_some()).map_or(0, |last| last + 1);
+        let start = self.start + self.steps[..first].iter().map(|step| step.dt).sum::<f64>();
+        Self { start, steps: self.steps[first..].to_vec(), ..self }
+    }
+
     /// The part of the track up to a time, s.
     pub(crate) fn until(&self, end: f64) -> Self {
         let mut t = self.start;
@@ -160,12 +178,15 @@ const MIN_MOTION_SD: f64 = 6.0;
 /// Time for which an object may have moved before its motion is detected, s.
 const MAX_UNDETECTED_S: f64 = 0.1;
 
-/// Index of the last pose at rest: before contact and before detected motion, since a late reading also
-/// delays the detection of contact.
+/// Index of the last pose at which the object surely rests.
 fn last_resting_pose(episode: &Prepared, noise: &Noise) -> usize {
-    let end = motion_onset(&episode.pose, noise.pose)
-        .map_or(episode.contact, |t| episode.contact.min(t - MAX_UNDETECTED_S));
+    let end = episode.rest_until().unwrap_or(episode.contact).min(earliest_motion(episode, noise));
     episode.pose.iter().rposition(|p| p.t <= end).unwrap_or(0)
+}
+
+/// Time before which the poses show no motion, s; infinite if they never show any.
+pub(crate) fn earliest_motion(episode: &Prepared, noise: &Noise) -> f64 {
+    motion_onset(&episode.pose, noise.pose).map_or(f64::INFINITY, |t| t - MAX_UNDETECTED_S)
 }
 
 /// Time at which the poses leave the mean of the earlier ones, s.
@@ -220,7 +241,8 @@ pub(crate) fn cut_into_steps(
         let MeanReading { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
         let clock = curve.clock_of_step(begin + dt / 2.0, dt, frame, spacing);
-        steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, spread, pose });
+        let (thinning, resting_delay) = (spacing / dt, curve.resting_delay(begin + dt));
+        steps.push(Step { dt, reading, frame, clock, thinning, spread, resting_delay, pose });
     }
 }
 

@@ -7,8 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_fixtures::{NOISE, locked, table};
 use trundle_infer::{Fit, FitOptions, MotionLikelihood, Quiet, fit};
-use trundle_model::{Clock, Effect, Kind, Model, Plant, State, transport};
-use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
+use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State, transport};
+use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};
 
 const CONTACT: f64 = 0.5;
 const DT: f64 = 5e-4;
@@ -126,6 +126,31 @@ fn a_reading_that_lags() {
     let found = fitted(&fault, None, &[Effect::free(Kind::SensorLag)]);
     assert_near(&found, "sensor_lag.time_constant", 0.06, 0.003);
     assert_near(&found, "body.mass", 22.0, 0.3);
+}
+
+#[test]
+fn a_delay_of_a_slow_object_under_a_noisy_tracker() {
+    // The object moves by less than the noise of the poses until contact is detected in the late reading.
+    let late = |x: &Signal| (0..x.len()).map(|k| x[k.saturating_sub(240)]).collect();
+    let noise = Noise { pose: [2e-3, 2e-3, 4e-3], ..NOISE };
+    let heavy =
+        Model { body: Body { mass: 96.0, ..table() }, mass: Some(96.0), ..locked() }.resolved().unwrap();
+    let episodes: Vec<Prepared> = (0..3)
+        .map(|k| {
+            let mut pushed = push(&heavy, &Fault { read: late, acts: as_is }, k, 7);
+            let mut rng = ChaCha8Rng::seed_from_u64(k as u64);
+            pushed.pose = pushed.pose.into_iter().step_by(2).collect();
+            for pose in &mut pushed.pose {
+                (0..3).for_each(|i| pose.pose[i] += noise.pose[i] * rng.sample::<f64, _>(StandardNormal));
+            }
+            Prepared { contact: CONTACT + 0.12, ..pushed }
+        })
+        .collect();
+    let likelihood = MotionLikelihood::new(&episodes, &noise).unwrap();
+    let model = Model::nominal(table(), None, [true; 3]).with(Effect::free(Kind::Latency));
+    let found = fit(&likelihood, &model, &[], &FitOptions::default(), &Quiet).unwrap();
+    assert_near(&found, "latency.delay", 0.12, 0.006);
+    assert_near(&found, "body.mass", 96.0, 3.0);
 }
 
 #[test]
