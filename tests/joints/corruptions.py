@@ -171,6 +171,12 @@ CORRUPTIONS = {
     "targets in another order": Corruption(
         swapped("target"), "order", "target_shoulder follows the positions of elbow"
     ),
+    "efforts in another order": Corruption(
+        swapped("effort"), "order", "the motion of elbow leaves .* of effort_shoulder unexplained"
+    ),
+    "positions in another order": Corruption(
+        swapped("q"), "order", r"columns q_\* .* the motion of shoulder leaves .* of effort_elbow unexplained"
+    ),
     "velocities in another order": Corruption(
         swapped("v"), "order", "v_elbow follows the velocities of shoulder"
     ),
