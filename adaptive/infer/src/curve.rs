@@ -1,7 +1,7 @@
 //! Wrench readings of an episode as a function of time. Between samples the curve is linear, or constant
 //! where the readings are commands. It is constant beyond the first and last sample.
 
-use crate::track::earliest_motion;
+use crate::onset::earliest_motion;
 use trundle_model::{Clock, Real};
 use trundle_record::{Noise, Prepared, wrapped};
 

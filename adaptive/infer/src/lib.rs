@@ -28,6 +28,7 @@ mod likelihood;
 mod motion;
 mod noise;
 mod online;
+mod onset;
 mod optimum;
 mod profile;
 mod progress;

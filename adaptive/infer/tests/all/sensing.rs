@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_fixtures::{NOISE, locked, table};
-use trundle_infer::{Fit, FitOptions, MotionLikelihood, Quiet, fit};
+use trundle_infer::{Fit, FitOptions, MotionLikelihood, Quiet, fit, open_loop};
 use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State, transport};
 use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};
 
@@ -243,4 +243,17 @@ fn a_saturated_reading() {
     assert_near(&found, "saturation.limit_x", LIMITS[0], 3.0);
     assert_near(&found, "saturation.limit_y", LIMITS[1], 3.0);
     assert!(without.cost - found.cost > 100.0, "{} {}", without.cost, found.cost);
+}
+
+#[test]
+fn noise_before_contact_moves_nothing() {
+    let plant = locked().resolved().unwrap();
+    let pushed = push(&plant, &Fault { read: as_is, acts: as_is }, 0, 7);
+    let delayed = locked().with(Effect::free(Kind::Latency).with("delay", Some(-0.1)));
+    for (plant, until) in [(plant, CONTACT), (delayed.resolved().unwrap(), CONTACT + 0.1)] {
+        let simulated = open_loop(&plant, &pushed);
+        let moved = |index: &usize| simulated[*index] != simulated[0];
+        let first = (0..simulated.len()).find(moved).unwrap();
+        assert!(pushed.pose[first].t > until && pushed.pose[first - 1].t > until - 0.02, "moves at {first}");
+    }
 }
