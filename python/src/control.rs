@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray4};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_control::{CommandedArm, ObstacleMap, Planner, PlanningTask, Settings};
+use trundle_control::{BatchError, CommandedArm, ControlError, ObstacleMap, Planner, PlanningTask, Settings};
 use trundle_model::{Body, Fixture, Plant, State};
 
 use crate::arm::PyArmEstimate;
@@ -114,8 +114,11 @@ impl PyPlanner {
     ///     Fixed and simple, corners in order, world, m.
     /// inner : sequence of float
     ///     Inner states of the laws, as `Laws.starts`; their initial values by default.
-    /// learnt : regression, optional
-    ///     Regression that predicts the motion. The model then only gives the outline.
+    /// learnt : regression or callable, optional
+    ///     Prediction of the motion. The model then only gives the outline. A callable receives all plans of an iteration,
+    ///     shape (n, horizon, 3), and returns one or several motions for each, shape (predictions, n, steps, 6): poses and
+    ///     twists, world axes, at the end of each step of at most 50 ms. The cost of a plan is its mean over the
+    ///     predictions. With a callable, `arm` has no effect.
     /// arm : estimate, optional
     ///     Response of the arm. `pose` and `twist` are then those at the latest observation, and plans start when the next
     ///     command takes effect. By default the wrench is the command at once.
@@ -141,7 +144,7 @@ impl PyPlanner {
         grasp: [f64; 2],
         obstacles: Vec<Vec<[f64; 2]>>,
         inner: Vec<f64>,
-        learnt: Option<PyRef<'py, Regression>>,
+        learnt: Option<Learnt<'py>>,
         arm: Option<PyRef<'py, PyArmEstimate>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let task =
@@ -149,12 +152,22 @@ impl PyPlanner {
         let map = self.obstacle_map(py, &model.body()?, obstacles, &task)?;
         let planner = &mut self.planner;
         let flat = |plan: &[[f64; 3]]| plan.iter().flatten().copied().collect::<Vec<f64>>();
-        let actions = if let Some(learnt) = learnt {
-            let learnt: &Regression = &learnt;
-            run(py, || planner.plan(&[learnt], &task, &map).map(flat))?
-        } else {
-            let plants = model.plants()?;
-            run(py, || planner.plan(&plants, &task, &map).map(flat))?
+        let actions = match learnt {
+            Some(Learnt::Regression(learnt)) => {
+                let learnt: &Regression = &learnt;
+                run(py, || planner.plan(&[learnt], &task, &map).map(flat))?
+            }
+            Some(Learnt::Simulator(simulate)) => {
+                let horizon = planner.settings().horizon;
+                let simulate =
+                    |plans: &[[f64; 3]]| Python::attach(|py| motions(simulate.bind(py), plans, horizon));
+                let work = || Ok::<_, ControlError>(planner.plan_in_batches(&task, &map, simulate).map(flat));
+                run(py, work)?.map_err(batch_error)?
+            }
+            None => {
+                let plants = model.plants()?;
+                run(py, || planner.plan(&plants, &task, &map).map(flat))?
+            }
         };
         PyArray1::from_vec(py, actions).reshape([self.planner.settings().horizon, 3])
     }
@@ -280,6 +293,38 @@ impl PyPlanner {
 /// The arm of a task; ideal by default.
 fn commanded(arm: Option<PyRef<'_, PyArmEstimate>>) -> CommandedArm {
     arm.map(|arm| arm.commanded()).unwrap_or_default()
+}
+
+/// What predicts the motion instead of a model.
+#[derive(FromPyObject)]
+enum Learnt<'py> {
+    Regression(PyRef<'py, Regression>),
+    Simulator(Py<PyAny>),
+}
+
+/// The states that `simulate` returns for plans.
+fn motions(simulate: &Bound<'_, PyAny>, plans: &[[f64; 3]], horizon: usize) -> PyResult<Vec<[f64; 6]>> {
+    let count = plans.len() / horizon;
+    let flat = PyArray1::from_vec(simulate.py(), plans.iter().flatten().copied().collect());
+    let states = simulate.call1((flat.reshape([count, horizon, 3])?,))?;
+    let states: PyReadonlyArray4<'_, f64> = states
+        .extract()
+        .map_err(|_| refused("learnt: must return an array (predictions, n, steps, 6) of float64"))?;
+    let shape = states.as_array().shape().to_vec();
+    let flat: Vec<f64> = states.as_array().iter().copied().collect();
+    match flat.as_chunks() {
+        (rows, []) if shape[1] == count && shape[3] == 6 => Ok(rows.to_vec()),
+        _ => Err(refused(format!(
+            "learnt: returned an array of shape {shape:?} for {count} plans; must be (predictions, {count}, steps, 6)"
+        ))),
+    }
+}
+
+fn batch_error(error: BatchError<PyErr>) -> PyErr {
+    match error {
+        BatchError::Planner(error) => refused(error),
+        BatchError::Simulator(error) => error,
+    }
 }
 
 const NONE: &str = "models: give at least one";

@@ -214,7 +214,7 @@ class Planner:
         obstacles: Sequence[Sequence[Sequence[float]]] = ...,
         *,
         inner: Sequence[float] = ...,
-        learnt: _Regression | None = None,
+        learnt: _Regression | Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None,
         arm: _ArmEstimate | None = None,
     ) -> NDArray[np.float64]: ...
     def regret(

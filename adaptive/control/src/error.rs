@@ -21,6 +21,29 @@ pub enum ControlError {
         /// Number of sampled plans.
         samples: usize,
     },
+    /// The number of predicted states does not fit the sampled plans.
+    #[error("{given} predicted states: must be a multiple of {expected}, a state for each step of each plan")]
+    States {
+        /// Number of states.
+        given: usize,
+        /// Number of states of one prediction.
+        expected: usize,
+    },
+}
+
+/// Error of [`crate::Planner::plan_in_batches`].
+#[derive(Debug, PartialEq)]
+pub enum BatchError<E> {
+    /// Error of the planner.
+    Planner(ControlError),
+    /// Error of the simulator.
+    Simulator(E),
+}
+
+impl<E> From<ControlError> for BatchError<E> {
+    fn from(error: ControlError) -> Self {
+        Self::Planner(error)
+    }
 }
 
 impl ControlError {

@@ -21,7 +21,7 @@ mod value_of_information;
 pub use arm::{ArmEstimate, ArmResponse, AxisResponse, CommandedArm};
 pub use cost::{Cost, PlanningTask};
 pub use dynamics::{Dynamics, FastStep};
-pub use error::ControlError;
+pub use error::{BatchError, ControlError};
 pub use obstacle_map::ObstacleMap;
 pub use planner::Planner;
 pub use settings::Settings;

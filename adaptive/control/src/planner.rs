@@ -13,9 +13,9 @@
 use rayon::prelude::*;
 
 use crate::effort::Effort;
-use crate::rollout::{RolloutModel, plan_cost, rollout_models};
+use crate::rollout::{RolloutModel, batch_costs, plan_cost, rollout_models};
 use crate::sampling::{draw_plan, weighted_average};
-use crate::{ControlError, Dynamics, ObstacleMap, PlanningTask, Settings};
+use crate::{BatchError, ControlError, Dynamics, ObstacleMap, PlanningTask, Settings};
 
 /// MPPI planner. Each plan starts from the previous one.
 #[derive(Clone, Debug)]
@@ -74,12 +74,37 @@ impl Planner {
         let Effort { iterations, plans, decay } = Effort::of(&self.settings, models.len());
         for _ in 0..iterations {
             self.sample(plans, &prepared, task, obstacle_map, scale);
-            let costs = &self.costs[..plans];
-            if !costs.iter().any(|cost| cost.is_finite()) {
-                return Err(ControlError::Diverged { samples: plans });
-            }
-            weighted_average(&self.plans, costs, self.settings.temperature, &mut self.mean);
-            self.round = self.round.wrapping_add(1);
+            self.average(plans)?;
+            scale *= decay;
+        }
+        Ok(&self.mean)
+    }
+
+    /// Improve the plan for a task with rollouts of a simulator that takes all plans of an iteration at once, such as a
+    /// neural network. Samples, costs and averages are those of [`Planner::plan`] on one model without an arm.
+    ///
+    /// `simulate` receives the plans, one after the other, and returns one or several motions per plan: all motions of the
+    /// first prediction, then those of the next one. A motion contains the state (pose and twist, world axes) at the end of
+    /// each of [`Settings::substeps`] steps of each action. The cost of a plan is its mean over the predictions.
+    ///
+    /// # Errors
+    /// If a number of the task is not finite, the number of states does not fit the plans, all motions diverge, or
+    /// `simulate` fails.
+    pub fn plan_in_batches<E>(
+        &mut self,
+        task: &PlanningTask,
+        obstacle_map: &ObstacleMap,
+        mut simulate: impl FnMut(&[[f64; 3]]) -> Result<Vec<[f64; 6]>, E>,
+    ) -> Result<&[[f64; 3]], BatchError<E>> {
+        task.check()?;
+        let mut scale = 1.0;
+        let Effort { iterations, plans, decay } = Effort::of(&self.settings, 1);
+        for _ in 0..iterations {
+            self.draw(plans, scale);
+            let drawn = &self.plans[..plans * self.settings.horizon];
+            let states = simulate(drawn).map_err(BatchError::Simulator)?;
+            batch_costs(&self.settings, task, obstacle_map, drawn, &states, &mut self.costs[..plans])?;
+            self.average(plans)?;
             scale *= decay;
         }
         Ok(&self.mean)
@@ -142,7 +167,29 @@ impl Planner {
         self.seed
     }
 
-    /// Sample the first `count` plans and compute their costs. The first plan is the mean itself.
+    /// Replace the mean by the weighted average of the first `count` plans.
+    fn average(&mut self, count: usize) -> Result<(), ControlError> {
+        let costs = &self.costs[..count];
+        if !costs.iter().any(|cost| cost.is_finite()) {
+            return Err(ControlError::Diverged { samples: count });
+        }
+        weighted_average(&self.plans, costs, self.settings.temperature, &mut self.mean);
+        self.round = self.round.wrapping_add(1);
+        Ok(())
+    }
+
+    /// Sample the first `count` plans. The first plan is the mean itself.
+    fn draw(&mut self, count: usize, scale: f64) {
+        let Self { settings, seed, round, mean, plans, .. } = self;
+        plans.par_chunks_exact_mut(settings.horizon).take(count).enumerate().for_each(|(number, plan)| {
+            match number {
+                0 => plan.copy_from_slice(mean),
+                _ => draw_plan(settings, scale, mean, *seed, (*round, number as u32), plan),
+            }
+        });
+    }
+
+    /// Sample the first `count` plans and compute their costs.
     fn sample<D: Dynamics>(
         &mut self,
         count: usize,
@@ -151,17 +198,11 @@ impl Planner {
         obstacle_map: &ObstacleMap,
         scale: f64,
     ) {
-        let Self { settings, seed, round, mean, plans, costs } = self;
-        let costs = &mut costs[..count];
-        plans.par_chunks_exact_mut(settings.horizon).zip(costs).enumerate().for_each(
-            |(number, (plan, cost))| {
-                match number {
-                    0 => plan.copy_from_slice(mean),
-                    _ => draw_plan(settings, scale, mean, *seed, (*round, number as u32), plan),
-                }
-                *cost = plan_cost(settings, prepared, task, obstacle_map, plan);
-            },
-        );
+        self.draw(count, scale);
+        let Self { settings, plans, costs, .. } = self;
+        plans.par_chunks_exact(settings.horizon).zip(&mut costs[..count]).for_each(|(plan, cost)| {
+            *cost = plan_cost(settings, prepared, task, obstacle_map, plan);
+        });
     }
 }
 

@@ -1,10 +1,11 @@
 //! Cost of a plan: its mean over rollouts on several models, minus a bonus for the difference between their end poses.
 
+use rayon::prelude::*;
 use trundle_model::{Clock, State, transport};
 
 use crate::arm::{ArmStep, AxisStates};
 use crate::dynamics::{Anchor, FastStep};
-use crate::{Dynamics, ObstacleMap, PlanningTask, Settings};
+use crate::{ControlError, Dynamics, ObstacleMap, PlanningTask, Settings};
 
 /// Largest step of a rollout, s.
 const MAX_STEP_S: f64 = 0.05;
@@ -34,6 +35,13 @@ impl<D: Dynamics> RolloutModel<'_, D> {
 fn substeps(settings: &Settings) -> (usize, f64) {
     let count = (settings.hold / MAX_STEP_S).ceil();
     (count as usize, settings.hold / count)
+}
+
+impl Settings {
+    /// Number of steps of an action in rollouts.
+    pub fn substeps(&self) -> usize {
+        substeps(self).0
+    }
 }
 
 /// Models prepared for the rollouts of a task.
@@ -131,4 +139,56 @@ fn rollout<D: Dynamics>(
     let anchor_cost = settings.cost.anchor_cost(&state, &task.goal, &model.anchor, force);
     let total = sum + settings.cost.terminal_cost(&state, &task.goal, obstacle_map) + anchor_cost;
     (if total.is_finite() { total } else { f64::INFINITY }, state.pose)
+}
+
+/// Costs of plans whose motions were predicted elsewhere: the mean over one or several predictions. `states` holds all motions
+/// of the first prediction, then those of the next one.
+///
+/// # Errors
+/// If the number of states does not fit the plans.
+pub(crate) fn batch_costs(
+    settings: &Settings,
+    task: &PlanningTask,
+    obstacle_map: &ObstacleMap,
+    plans: &[[f64; 3]],
+    states: &[[f64; 6]],
+    costs: &mut [f64],
+) -> Result<(), ControlError> {
+    let steps = settings.horizon * settings.substeps();
+    let expected = steps * costs.len();
+    if states.is_empty() || !states.len().is_multiple_of(expected) {
+        return Err(ControlError::States { given: states.len(), expected });
+    }
+    let predictions = (states.len() / expected) as f64;
+    costs.par_iter_mut().zip(plans.par_chunks_exact(settings.horizon)).enumerate().for_each(
+        |(number, (cost, plan))| {
+            let motions = states.chunks_exact(expected).map(|all| &all[number * steps..(number + 1) * steps]);
+            let sum: f64 =
+                motions.map(|motion| motion_cost(settings, task, obstacle_map, plan, motion)).sum();
+            *cost = if sum.is_finite() { sum / predictions } else { f64::INFINITY };
+        },
+    );
+    Ok(())
+}
+
+/// Cost of a plan and its motion, as [`rollout`] computes it for a model without dry friction.
+fn motion_cost(
+    settings: &Settings,
+    task: &PlanningTask,
+    obstacle_map: &ObstacleMap,
+    plan: &[[f64; 3]],
+    motion: &[[f64; 6]],
+) -> f64 {
+    let (steps, dt) = substeps(settings);
+    let half_range = settings.half_range();
+    let mut state = task.state;
+    let mut sum = 0.0;
+    for (action, states) in plan.iter().zip(motion.chunks_exact(steps)) {
+        let share = [0, 1, 2].map(|k| action[k] / half_range[k]);
+        for &[x, y, theta, vx, vy, spin] in states {
+            (state.pose, state.twist) = ([x, y, theta], [vx, vy, spin]);
+            sum += dt * settings.cost.running_cost(&state, &task.goal, obstacle_map, share);
+        }
+    }
+    sum + settings.cost.terminal_cost(&state, &task.goal, obstacle_map)
 }

@@ -268,3 +268,42 @@ fn divergence_is_an_error() {
         Err(ControlError::Diverged { samples: 256 })
     );
 }
+
+#[test]
+fn rollouts_in_batches_give_the_plan_of_the_same_model() {
+    let plant = table(150.0);
+    let task = PlanningTask { state: State::moving([0.1, 0.0, 0.2], [0.3, 0.0, 0.1]), ..task() };
+    let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0).unwrap();
+    let obstacles = [vec![[0.2, -1.6], [0.6, -1.6], [0.6, -0.9], [0.2, -0.9]]];
+    let ends = [task.goal, task.state.pose];
+    let map = ObstacleMap::new(&body, &obstacles, ends, 0.3).unwrap();
+    let simulate = |plans: &[[f64; 3]]| -> Result<Vec<[f64; 6]>, ()> {
+        let mut states = vec![];
+        for plan in plans.chunks_exact(20) {
+            let mut state = task.state;
+            for action in plan {
+                for _ in 0..settings().substeps() {
+                    let applied = transport(*action, [task.grasp[0], task.grasp[1], 0.0]);
+                    plant.fast_step(0.05).unwrap().step_in_place(&mut state, &applied);
+                    let ([x, y, theta], [vx, vy, spin]) = (state.pose, state.twist);
+                    states.push([x, y, theta, vx, vy, spin]);
+                }
+            }
+        }
+        Ok(states)
+    };
+    let plan = Planner::new(settings(), 3).unwrap().plan(&[&plant], &task, &map).unwrap().to_vec();
+    let mut planner = Planner::new(settings(), 3).unwrap();
+    assert_eq!(planner.plan_in_batches(&task, &map, simulate).unwrap(), plan);
+    // Several equal predictions do not change the mean.
+    let twice = |plans: &[[f64; 3]]| simulate(plans).map(|states| [&states[..], &states[..]].concat());
+    let mut planner = Planner::new(settings(), 3).unwrap();
+    assert_eq!(planner.plan_in_batches(&task, &map, twice).unwrap(), plan);
+    let short = |_: &[[f64; 3]]| Ok::<_, ()>(vec![[0.0; 6]; 7]);
+    let expected = BatchError::Planner(ControlError::States { given: 7, expected: 256 * 40 });
+    assert_eq!(planner.plan_in_batches(&task, &map, short).unwrap_err(), expected);
+    assert_eq!(
+        planner.plan_in_batches(&task, &map, |_| Err("lost")).unwrap_err(),
+        BatchError::Simulator("lost")
+    );
+}
