@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import TrundleError
-from trundle.atomic import atomic_file
+from trundle.experiments.training import array_file
 from trundle.experiments.training.frames import entry_count, to_frame
 from trundle.experiments.training.network import Network
 
 __all__ = ["About", "Policy", "load"]
 
 FORMAT = "trundle-policy/1"
-ABOUT = "about"
 Array = NDArray[np.float64]
 State = NDArray[np.float32]
 
@@ -162,10 +159,8 @@ class Policy:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the policy atomically; the same policy gives the same bytes."""
-        arrays: dict[str, Any] = {"mean": self.mean, "deviation": self.deviation, **self.network.arrays()}
-        arrays[ABOUT] = np.array(json.dumps({"format": FORMAT, **asdict(self.about)}))
-        with atomic_file(Path(path)) as part, part.open("wb") as file:
-            np.savez_compressed(file, **arrays)
+        arrays = {"mean": self.mean, "deviation": self.deviation, **self.network.arrays()}
+        array_file.save(path, FORMAT, asdict(self.about), arrays)
 
 
 def load(path: str | os.PathLike[str]) -> Policy:
@@ -183,15 +178,9 @@ def load(path: str | os.PathLike[str]) -> Policy:
     FileNotFoundError
         If there is no such file.
     """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
-        about = json.loads(str(arrays.pop(ABOUT)))
-        if about.pop("format") != FORMAT:
-            raise ValueError("another format")
+
+    def build(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Policy:
         network = Network.from_arrays(arrays, about["activation"])
         return Policy(About(**about), arrays["mean"], arrays["deviation"], network)
-    except OSError:
-        raise
-    except Exception as error:  # damaged files raise various errors
-        raise TrundleError(f"{path}: not a policy of `trundle train` ({error})") from error
+
+    return array_file.load(path, FORMAT, "policy", build)
