@@ -18,7 +18,7 @@ from trundle.display import Card, Displayed
 from trundle.envs.observation import COMMON_ENTRIES, Observation
 from trundle.envs.seen_outline import observed_shape
 from trundle.first_models import bounding_box, freely_rolling_model, locked_corner_models
-from trundle.learners import DiagnosisSettings, make_learner
+from trundle.learners import DiagnosisSettings, Learner, make_learner
 
 __all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
 
@@ -75,6 +75,8 @@ class AdaptiveAgent(Displayed):
     model : Model, optional
         Model at the start of an episode. Must contain a value for every parameter. By default the object is
         uniform and rolls freely.
+    learner : Learner, optional
+        An object with the methods of `trundle.learners.Learner`, instead of the learner of the settings.
 
     Raises
     ------
@@ -96,6 +98,7 @@ class AdaptiveAgent(Displayed):
         settings: AgentSettings | None = None,
         *,
         model: Model | None = None,
+        learner: Learner | None = None,
     ) -> None:
         chosen = AgentSettings() if settings is None else settings
         self._space, self._entries, self._source = require_supported(env)
@@ -105,7 +108,8 @@ class AdaptiveAgent(Displayed):
         self._has_varied_objects = bool(getattr(self._source, "varied", False))
         self._can_regrasp = getattr(self._source, "mode", "wrench") == "regrasp"
         diagnosis = DiagnosisSettings(chosen.diagnosis_delay, chosen.realtime) if chosen.diagnose else None
-        self._learner = make_learner(chosen.learner, diagnosis, starts=chosen.starts, seed=chosen.seed)
+        own = make_learner(chosen.learner, diagnosis, starts=chosen.starts, seed=chosen.seed)
+        self._learner = own if learner is None else learner
         self._period = chosen.control_period(self._source)
         self._steps_per_plan = max(1, round(self._make_planner().hold / self._period))
         self._steps_per_update = max(1, round(chosen.push / self._period))
@@ -228,6 +232,7 @@ class AdaptiveAgent(Displayed):
         if self._settings.probe:
             belief.models += locked_corner_models(description, self._settings.mass)
             belief.planner.be_curious(PROBING_WEIGHT_S)
+        self._learner.begin(belief)
         return belief
 
     def _apply(self, belief: Belief, update: Update) -> Update:

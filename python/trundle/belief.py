@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -128,8 +128,8 @@ class Belief(Displayed):
         own.
     body : optional
         Regression of mass, mass centre, inertia and damping; None: not started, or another learner.
-    regression : optional
-        Regression that the planner uses instead of `models`.
+    regression : _Regression or callable, optional
+        Prediction of the motion that the planner uses instead of `models`; see `trundle.Planner.plan`.
     command : ndarray, shape (3,)
         Last command: a wrench at the grasp, object axes, N and N m.
     """
@@ -150,7 +150,7 @@ class Belief(Displayed):
         self.online: Online | None = None
         self.online_since = 0.0
         self.body: _BodyRegression | None = None
-        self.regression: _Regression | None = None
+        self.regression: _Regression | Callable[[Array], Array] | None = None
         self.diagnosed_at = 0.0
         self.diagnosis: PendingDiagnosis | None = None
         self.plan: list[Array] = []

@@ -39,6 +39,9 @@ Rows: TypeAlias = Sequence[Mapping[str, Any]]
 class Learner(Protocol):
     """Interface of a learner."""
 
+    def begin(self, belief: Belief) -> None:
+        """Prepare the belief of a new episode."""
+
     def is_due(self, belief: Belief, time: float) -> bool:
         """Return whether `learn` must be called at this time, s, even if no update is due."""
 
@@ -109,6 +112,9 @@ class Physics:
         self._diagnosis = settings
         self._starts = starts
         self._seed = seed
+
+    def begin(self, belief: Belief) -> None:
+        """Do nothing: the first model is that of the agent."""
 
     def is_due(self, belief: Belief, time: float) -> bool:
         """Return whether the result of a diagnosis is to be used now."""
@@ -267,6 +273,9 @@ class Regressor:
 
     def __init__(self, *, local: bool) -> None:
         self._local = local
+
+    def begin(self, belief: Belief) -> None:
+        """Do nothing: the first model is that of the agent."""
 
     def is_due(self, belief: Belief, time: float) -> bool:
         """Return False: fits happen only at updates."""

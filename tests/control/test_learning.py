@@ -130,7 +130,7 @@ def test_planning_uses_a_locally_weighted_regression() -> None:
     belief, _ = played(
         24, "trundle/LockedWheel-v0", learner="local", planner={"samples": 32, "iterations": 2}
     )
-    assert belief.regression is not None
+    assert isinstance(belief.regression, _native._Regression)
     assert belief.regression.widths is not None
 
 

@@ -150,3 +150,52 @@ def test_a_distant_goal_has_no_obstacle_map(away: float) -> None:
 def test_excessive_settings_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(trundle.TrundleError, match=next(iter(wrong))):
         trundle.Planner(LOWER, UPPER, **wrong)
+
+
+def test_a_plan_on_predicted_motions_is_that_on_the_model() -> None:
+    steps = 40
+    wrench_times = np.repeat(0.05 * np.arange(steps + 1), 2)[1:-1]
+    t = wrench_times + np.tile([0.0, -1e-9], steps)
+
+    def simulate(plans: Any) -> Any:
+        motions = []
+        for plan in plans:
+            wrench = np.repeat(plan, 2, axis=0)
+            about = wrench + np.cross([*GRASP, 0.0], wrench * [1, 1, 0])
+            poses, twists = MODEL.rollout([0.0] * 3, [0.0] * 3, t, np.repeat(about, 2, axis=0))
+            motions.append(np.concatenate([poses, twists], axis=1)[1::2])
+        return np.array(motions)[None]
+
+    settings: dict[str, Any] = {"seed": 0, "samples": 16, "iterations": 2}
+    exact = trundle.Planner(LOWER, UPPER, **settings).plan(MODEL, **AT_REST)
+    planner = trundle.Planner(LOWER, UPPER, **settings)
+    assert np.allclose(planner.plan(MODEL, **AT_REST, learnt=simulate), exact, atol=0.5)
+
+
+class Predictions:
+    """The same answer for all plans."""
+
+    def __init__(self, found: Any) -> None:
+        self.found = found
+
+    def __call__(self, plans: Any) -> Any:
+        return self.found
+
+
+def test_invalid_predictions_are_refused() -> None:
+    planner = trundle.Planner(LOWER, UPPER, samples=8)
+    for found, message in (
+        (np.zeros((1, 7, 40, 6)), r"shape \[1, 7, 40, 6\] for 8 plans"),
+        (np.zeros((1, 8, 40, 5)), r"shape \[1, 8, 40, 5\]"),
+        (np.zeros((1, 8, 39, 6)), r"312 predicted states: must be a multiple of 320"),
+        ([1.0], "must return an array"),
+    ):
+        predictions = Predictions(found)
+        with pytest.raises(trundle.TrundleError, match=message):
+            planner.plan(MODEL, **AT_REST, learnt=predictions)
+
+    def fail(plans: Any) -> Any:
+        raise KeyError(len(plans))
+
+    with pytest.raises(KeyError, match="8"):
+        planner.plan(MODEL, **AT_REST, learnt=fail)
