@@ -71,13 +71,13 @@ class Agent:
     ----------
     title : str
         Title in the document.
-    kind : {"oracle", "adaptive", "policy"}
-        `trundle.AdaptiveAgent` with the true model and without adaptation; the same with its own belief; or a
-        policy of stable-baselines3.
+    kind : {"oracle", "adaptive", "policy", "dynamics"}
+        `trundle.AdaptiveAgent` with the true model and without adaptation; the same with its own belief; a
+        policy of stable-baselines3; or the planner of the adaptive agent on a learned dynamics model.
     settings : dict
         Fields of `trundle.AgentSettings`.
     files : list of str
-        Files of a policy, one for each training run. Each run is evaluated in all worlds.
+        Files of a policy or a dynamics model, one for each training run. Each run is evaluated in all worlds.
     options : dict
         Arguments of the environment that differ for this agent, such as `action`.
     curve : str
@@ -85,19 +85,26 @@ class Agent:
     """
 
     title: str
-    kind: Literal["oracle", "adaptive", "policy"]
+    kind: Literal["oracle", "adaptive", "policy", "dynamics"]
     settings: dict[str, Any] = field(default_factory=dict)
     files: list[str] = field(default_factory=list)
     options: EnvOptions = field(default_factory=dict)
     curve: str = ""
 
     def __post_init__(self) -> None:
-        if (self.kind == "policy") != bool(self.files):
-            raise SettingsError("files: required for a policy, not allowed for other agents")
-        if self.kind == "policy" and self.settings:
+        if self.is_trained != bool(self.files):
             raise SettingsError(
-                "settings: not allowed for a policy; they are fields of trundle.AgentSettings"
+                "files: required for a policy or a dynamics model, not allowed for other agents"
             )
+        if self.is_trained and self.settings:
+            raise SettingsError(
+                "settings: not allowed for a trained agent; they are fields of trundle.AgentSettings"
+            )
+
+    @property
+    def is_trained(self) -> bool:
+        """Whether `trundle train` made the agent."""
+        return self.kind in ("policy", "dynamics")
 
     @property
     def agent_settings(self) -> AgentSettings:
@@ -106,7 +113,7 @@ class Agent:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """Everything except the policy's file that an episode depends on."""
+        """Everything except the trained file that an episode depends on."""
         return {"kind": self.kind, "settings": self.settings, "options": self.options}
 
     @property
@@ -116,7 +123,7 @@ class Agent:
 
     @property
     def runs(self) -> range:
-        """Run numbers: one for each file of a policy."""
+        """Run numbers: one for each file of a policy or a dynamics model."""
         return range(len(self.files) or 1)
 
 

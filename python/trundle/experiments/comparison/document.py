@@ -100,7 +100,7 @@ def policies_ahead(settings: Settings, results: Results) -> list[str]:
     compared, ahead = False, []
     for name, group in results.items():
         for agent, rows in group.items():
-            if settings.agents[agent].kind != "policy" or settings.main not in group:
+            if not settings.agents[agent].is_trained or settings.main not in group:
                 continue
             compared, mine = True, group[settings.main]
             gain = difference(*(scores(one, is_untouched_success) for one in (rows, mine)))

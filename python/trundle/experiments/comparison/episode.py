@@ -16,6 +16,8 @@ from trundle.experiments.comparison.world import Env, boundary_points, make_worl
 from trundle.experiments.results import Row
 from trundle.experiments.runs.episode import count_onsets
 from trundle.experiments.training import policy
+from trundle.experiments.training.dynamics import model as dynamics_model
+from trundle.experiments.training.dynamics.learner import dynamics_agent
 from trundle.recording import TrundleError
 
 __all__ = ["begin", "play", "play_unit"]
@@ -28,7 +30,7 @@ def make_player(agent: Agent, run: int, env: Env) -> trundle.AdaptiveAgent | pol
     ----------
     agent : Agent
     run : int
-        Number of the policy's file.
+        Number of the file of a policy or a dynamics model.
     env : gymnasium.Env
         The oracle reads its hidden model.
     """
@@ -41,6 +43,8 @@ def make_player(agent: Agent, run: int, env: Env) -> trundle.AdaptiveAgent | pol
                 f'{agent.files[run]} was trained with action = "{trained}", not "{source.mode}": see options'
             )
         return loaded
+    if agent.kind == "dynamics":
+        return dynamics_agent(env, dynamics_model.load(agent.files[run]))
     settings, model = agent.agent_settings, None
     if agent.kind == "oracle":
         model = trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
@@ -136,9 +140,9 @@ def play_unit(
         `Worlds.identity` and `Agent.identity`.
     seed : int
     digest : str, optional
-        SHA-256 of a policy's file: part of the unit's key.
+        SHA-256 of the file of a policy or a dynamics model: part of the unit's key.
     file : Path, optional
-        The policy's file.
+        This file.
     """
     files = [] if file is None else [str(file)]
     group = Worlds(title="", first=seed, count=1, agents=[], **worlds)

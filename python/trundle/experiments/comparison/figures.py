@@ -22,7 +22,12 @@ __all__ = ["curves", "profiles", "successes"]
 
 MAIN, ORACLE = figure_style.COLOURS["pbr"], "#20262e"
 OTHERS = ("#c04a00", "#b0186f", "#2e8b57", "#8a6d00", "#6a4fbf", "#3a9bb8", "#e0a070", "#d58ab4", "#7d8791")
-DASHES: dict[str, Literal["-", "--", ":"]] = {"adaptive": "-", "policy": "--", "oracle": ":"}
+DASHES: dict[str, Literal["-", "--", "-.", ":"]] = {
+    "adaptive": "-",
+    "policy": "--",
+    "dynamics": "-.",
+    "oracle": ":",
+}
 """Line styles by kind of agent."""
 TITLE_WIDTH = 32
 """Number of characters in a line of a panel's title."""

@@ -159,7 +159,7 @@ def policy_comparison(settings: Settings, results: Results) -> str:
         [f"`{name}`", settings.agents[agent].title, *difference_cells(rows, group[settings.main])]
         for name, group in results.items()
         for agent, rows in group.items()
-        if settings.main in group and settings.agents[agent].kind == "policy"
+        if settings.main in group and settings.agents[agent].is_trained
     ]
     return table_or_nothing(["worlds", "policy", *DIFFERENCES], lines)
 

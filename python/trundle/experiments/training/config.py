@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from trundle._native import TrundleError
 from trundle.envs.ids import task_of
-from trundle.rules import Count, EnvOptions, Rule, Share, pattern
+from trundle.rules import Count, EnvOptions, Natural, Rule, Share, pattern
 from trundle.settings import SettingsError, build_settings, parse_format
 
 __all__ = [
@@ -18,11 +19,13 @@ __all__ = [
     "RMA",
     "SAC",
     "TQC",
+    "Dynamics",
     "Evaluation",
     "Network",
     "RecurrentPPO",
     "RewardShaping",
     "Settings",
+    "build",
     "read",
 ]
 
@@ -188,8 +191,10 @@ class Settings:
         return {key: value for key, value in asdict(self.policy_kwargs).items() if value is not None}
 
     def plain(self) -> dict[str, Any]:
-        """Return everything except the seeds that a training depends on, as plain values."""
-        common = {key: value for key, value in asdict(self).items() if key in COMMON - {"name", "seeds"}}
+        """Return everything except the seed that a training depends on, as plain values."""
+        common = {
+            key: value for key, value in asdict(self).items() if key in COMMON - {"name", "seeds"}
+        }
         # Settings without the fields of later versions keep their digest.
         if not self.privileged:
             del common["privileged"]
@@ -281,10 +286,49 @@ class RMA(Settings):
             )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Dynamics(Settings):
+    """Settings of a dynamics model that `trundle.experiments.training.dynamics` trains.
+
+    `n_timesteps` is the number of steps of the data, `batch_size` the number of episodes of an update, and
+    `evaluation.every` counts updates.
+
+    Attributes
+    ----------
+    n_steps : int
+        Length of an episode of the data.
+    random_share : float
+        Share of the episodes with random pushes. The other ones push towards the goal.
+    networks : int
+        Number of networks of the ensemble.
+    n_updates : int
+        Number of updates of each network.
+    units : int
+        Units of the memory of past motion; 0: no memory, and therefore no adaptation.
+    rollout : int
+        Steps of the predictions whose errors an update reduces.
+    """
+
+    algorithm: Literal["Dynamics"] = "Dynamics"
+    n_steps: Count = 160
+    random_share: Share = 0.5
+    networks: Count = 3
+    n_updates: Count = 2000
+    units: Natural = 64
+    rollout: Count = 20
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.rollout >= self.n_steps:
+            raise SettingsError(f"rollout = {self.rollout}: must be less than n_steps = {self.n_steps}")
+        if self.privileged or self.frame_stack > 1 or self.aids != RewardShaping():
+            raise SettingsError("Dynamics learns without privileged, frame_stack and aids: remove them")
+
+
 COMMON = {one.name for one in fields(Settings)} - {"policy", "learning_rate", "batch_size", "gamma"}
 """Fields that are no hyperparameters."""
 ALGORITHMS: dict[object, type[Settings]] = {
-    kind.__name__: kind for kind in (PPO, RecurrentPPO, RMA, SAC, TQC)
+    kind.__name__: kind for kind in (PPO, RecurrentPPO, RMA, SAC, TQC, Dynamics)
 }
 
 
@@ -296,8 +340,12 @@ def read(path: Path) -> Settings:
     TrundleError
         If a key is missing, unknown or of another type, or a value is not allowed.
     """
-    found = parse_format(path, FORMAT)
-    algorithm = found.get("algorithm")
+    return build(path, parse_format(path, FORMAT))
+
+
+def build(path: Path, table: Mapping[str, Any]) -> Settings:
+    """Build the settings of a parsed file; errors as for `read`."""
+    algorithm = table.get("algorithm")
     if algorithm not in ALGORITHMS:
         raise TrundleError(f"{path}: algorithm = {algorithm!r}: choose {', '.join(map(str, ALGORITHMS))}")
-    return build_settings(path, ALGORITHMS[algorithm], {"name": path.stem, **found})
+    return build_settings(path, ALGORITHMS[algorithm], {"name": path.stem, **table})

@@ -19,11 +19,14 @@ from trundle.atomic import read_json, write_text
 from trundle.experiments.results import Row, rounded
 from trundle.experiments.training import checkpoint, state_file
 from trundle.experiments.training.card import model_card
-from trundle.experiments.training.config import Settings, read
+from trundle.experiments.training.config import FORMAT, Dynamics, Settings, read
+from trundle.experiments.training.dynamics import run as dynamics
+from trundle.experiments.training.dynamics.errors import OPEN_LOOP_S
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import Algorithm, algorithm, exported
 from trundle.experiments.training.worlds import Worlds, action_period, make_worlds
 from trundle.progress import Progress
+from trundle.settings import parse_format
 
 __all__ = ["Training", "has_flattened", "train_one"]
 
@@ -139,17 +142,33 @@ def train_one(config: Path, seed: int, out: Path, quiet: bool, device: str) -> s
     TrundleError
         If PyTorch has no such device, or the settings are invalid.
     """
+    settings = read(config)
+    if isinstance(settings, Dynamics):
+        return train_dynamics(config, seed, out, quiet, device)
     try:
         get_device(device)
     except RuntimeError:
         raise TrundleError(f"--device {device}: give cpu, cuda or auto") from None
-    training = Training(read(config), seed, out, device)
+    training = Training(settings, seed, out, device)
     with Progress("training", quiet=quiet) as progress:
         result = training.run(progress.show)
     last, rises = result["curve"][-1], "" if result["flattened"] else "; the curve still improves"
     return (
         f"{training.policy_file}: success {last['success']:.0%}, {last['distance']:.2f} m from the goal "
         f"after {result['steps']:,} steps, {result['simulated_seconds']:,.0f} s of pushing{rises}"
+    )
+
+
+def train_dynamics(config: Path, seed: int, out: Path, quiet: bool, device: str) -> str:
+    """Train one seed of a dynamics model, and return its result as a sentence."""
+    if device != "cpu":
+        raise TrundleError(f"--device {device}: dynamics models are trained on the cpu")
+    result = dynamics.train(config, parse_format(config, FORMAT), seed, out, quiet=quiet)
+    last = result["errors"][-1]
+    return (
+        f"{out / 'dynamics' / result['config']}-{seed}.npz: predictions of {OPEN_LOOP_S:g} s after "
+        f"{last['history']:g} s of motion are off by {100 * last['distance']:.1f} cm and "
+        f"{last['turn']:.3f} rad (medians of {last['episodes']:.0f} episodes)"
     )
 
 
