@@ -1,4 +1,4 @@
-"""`trundle train`: train agents of stable-baselines3."""
+"""`trundle train`: train agents and dynamics models, and search their settings."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from trundle._optional import require
 from trundle.cli.options import add_backend, add_config, add_quiet, select_backend
 from trundle.cli.paths import Output, declare
 
-HELP = "Train an agent of stable-baselines3 (needs trundle[rl]), or resume an interrupted training."
+HELP = "Train agents or dynamics models (needs trundle[rl]), or search settings; resume an interruption."
 EXAMPLE = "trundle train configs/rl/ppo.toml --out trained --seed 1"
 
 
@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         type=Path,
         required=True,
-        help="folder for policies/, curves/, timing/ and work/ (checkpoints and TensorBoard logs)",
+        help="folder for policies/, dynamics/ or search/, curves/, timing/ and work/ (checkpoints and logs)",
     )
     declare(parser, "out", Output("--out", "folder"))
     parser.add_argument(
@@ -30,6 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         action="append",
         help="train only this seed; may be repeated (default: all seeds in CONFIG)",
+    )
+    parser.add_argument(
+        "--search",
+        action="store_true",
+        help="run the random search of [search] in CONFIG on tuning worlds, and print its page",
     )
     parser.add_argument(
         "--device",
@@ -41,7 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train the selected seeds and print the result of each."""
+    """Train the selected seeds and print the result of each, or search and print the page."""
+    if args.search:
+        return run_search(args)
     from trundle.experiments.backends import Local, in_order
     from trundle.experiments.training.config import read
 
@@ -57,6 +64,16 @@ def run(args: argparse.Namespace) -> int:
         where, train_one, [(args.config, seed, args.out, quiet, args.device) for seed in chosen]
     ):
         print(line, flush=True)
+    return 0
+
+
+def run_search(args: argparse.Namespace) -> int:
+    """Run a random search and print its page."""
+    from trundle.experiments.search.run import Options, search
+
+    if args.seed:
+        raise ValueError("--seed: not allowed with --search; [search] in CONFIG has its own seed")
+    print(search(args.config, Options(args.out, select_backend(args), args.device, args.quiet)))
     return 0
 
 

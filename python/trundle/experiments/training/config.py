@@ -7,10 +7,11 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from trundle._native import TrundleError
 from trundle.envs.ids import task_of
+from trundle.experiments.search.ranges import Search, check_split
 from trundle.rules import Count, EnvOptions, Natural, Rule, Share, pattern
 from trundle.settings import SettingsError, build_settings, parse_format
 
@@ -30,6 +31,8 @@ __all__ = [
 ]
 
 FORMAT = "trundle-train/1"
+ADAPTIVE: Final = "Adaptive"
+"""The adaptive agent, whose settings a search tunes."""
 SEED_STRIDE = 1_000_000
 """Difference of the seeds of two trainings, so that they have different worlds."""
 NUMBER = r"\d+\.?\d*(e-?\d+)?"
@@ -150,6 +153,8 @@ class Settings:
     policy_kwargs : Network
     aids : RewardShaping
     evaluation : Evaluation
+    search : Search, optional
+        Ranges for `trundle train --search`. A training does not depend on them.
     policy, learning_rate, batch_size, gamma
         Hyperparameters of both algorithms. None selects the default of stable-baselines3.
     """
@@ -169,6 +174,7 @@ class Settings:
     policy_kwargs: Network = Network()
     aids: RewardShaping = RewardShaping()
     evaluation: Evaluation = Evaluation()
+    search: Search | None = None
     policy: Literal["MlpPolicy"] = "MlpPolicy"
     learning_rate: float | Linear | None = None
     batch_size: Count | None = None
@@ -179,6 +185,14 @@ class Settings:
             raise SettingsError(
                 f"aids.touch_ramp: {self.env} does not report contact times; choose version 1"
             )
+        if self.search is not None:
+            check_split(self.env_kwargs)
+            evaluated = range(self.evaluation.first, self.evaluation.first + self.evaluation.episodes)
+            if max(evaluated[0], self.search.first) <= min(evaluated[-1], self.search.worlds[-1]):
+                raise SettingsError(
+                    f"search: first = {self.search.first}: these are worlds of the evaluations, seeds "
+                    f"{evaluated[0]} to {evaluated[-1]}"
+                )
 
     @property
     def hyperparameters(self) -> dict[str, Any]:
@@ -193,7 +207,7 @@ class Settings:
     def plain(self) -> dict[str, Any]:
         """Return everything except the seed that a training depends on, as plain values."""
         common = {
-            key: value for key, value in asdict(self).items() if key in COMMON - {"name", "seeds"}
+            key: value for key, value in asdict(self).items() if key in COMMON - {"name", "seeds", "search"}
         }
         # Settings without the fields of later versions keep their digest.
         if not self.privileged:
@@ -346,6 +360,8 @@ def read(path: Path) -> Settings:
 def build(path: Path, table: Mapping[str, Any]) -> Settings:
     """Build the settings of a parsed file; errors as for `read`."""
     algorithm = table.get("algorithm")
+    if algorithm == ADAPTIVE:
+        raise TrundleError(f'{path}: algorithm = "{ADAPTIVE}" has no training: give --search')
     if algorithm not in ALGORITHMS:
         raise TrundleError(f"{path}: algorithm = {algorithm!r}: choose {', '.join(map(str, ALGORITHMS))}")
     return build_settings(path, ALGORITHMS[algorithm], {"name": path.stem, **table})

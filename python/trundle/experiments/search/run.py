@@ -1,0 +1,153 @@
+"""Run a random search from its file to its page."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trundle._optional import require
+from trundle.atomic import write_text
+from trundle.experiments import versions
+from trundle.experiments.backends import Backend, Local
+from trundle.experiments.comparison.config import Agent, Worlds
+from trundle.experiments.comparison.episode import play_unit
+from trundle.experiments.comparison.scores import is_untouched_success
+from trundle.experiments.results import Row, rounded, write_lines
+from trundle.experiments.runner import Runner, Unit
+from trundle.experiments.search.config import (
+    TRIAL_SEED,
+    AgentTuning,
+    agent_settings,
+    read,
+    training_table,
+)
+from trundle.experiments.search.page import page
+from trundle.experiments.search.ranges import Search
+from trundle.experiments.training.config import Settings
+
+__all__ = ["Options", "search"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a search runs.
+
+    Attributes
+    ----------
+    out : Path
+        Folder of `search/`, and of `work/`, from which an interrupted search continues.
+    backend : Backend
+        Where trials run.
+    device : str
+        Device of PyTorch.
+    quiet : bool
+        Show no progress.
+    """
+
+    out: Path
+    backend: Backend = field(default_factory=Local)
+    device: str = "cpu"
+    quiet: bool = False
+
+
+def search(config: Path, options: Options) -> str:
+    """Run the trials that have no result, and write `search/NAME.md`, `.jsonl` and `_costs.json`.
+
+    Parameters
+    ----------
+    config : Path
+        File of a training with a table `[search]`, or of the adaptive agent.
+    options : Options
+
+    Returns
+    -------
+    str
+        The page.
+
+    Raises
+    ------
+    TrundleError
+        If the file is invalid, or a trial fails.
+    """
+    settings, table = read(config)
+    if isinstance(settings, AgentTuning):
+        rows = agent_rows(config, settings, options)
+        spent = settings.search
+    else:
+        require("stable_baselines3", "rl", "trainings")
+        require("sb3_contrib", "rl", "trainings")
+        spent = settings.search or Search({})
+        rows = training_rows(table, settings, spent, options)
+    rows = [{"trial": trial, "values": spent.values(trial), **row} for trial, row in enumerate(rows)]
+    costs = [row.pop("cost_seconds") for row in rows]
+    text = page(config, settings, spent, rounded(rows))
+    file = options.out / "search" / settings.name
+    spending = json.dumps({"cpu_seconds": rounded(costs)})
+    write_lines(file.with_suffix(".jsonl"), rounded(rows))
+    write_text(file.with_name(f"{settings.name}_costs.json"), spending + "\n")
+    write_text(file.with_suffix(".md"), text)
+    return text
+
+
+def run_units(name: str, units: Sequence[Unit], options: Options) -> list[Any]:
+    """Return the results of units."""
+    store = options.out / "work" / f"{name}_search" / "units"
+    return Runner(store, versions.of_package(), options.backend, options.quiet).run(name, units)
+
+
+def training_rows(table: dict[str, Any], settings: Settings, given: Search, options: Options) -> list[Row]:
+    """Return the results of the trainings of all trials."""
+    from trundle.experiments.search.trial import training_trial
+
+    folder = options.out / "work" / f"{settings.name}_search" / "trials"
+    common = {"seed": TRIAL_SEED, "device": options.device}
+    units = [
+        Unit(
+            f"trial {trial}",
+            training_trial,
+            {"table": training_table(table, settings, given, trial), **common},
+            {"folder": folder},
+        )
+        for trial in range(given.trials + 1)
+    ]
+    found = run_units(settings.name, units, options)
+    costs = [one.pop("cost") for one in found]
+    return [{**one, "cost_seconds": cost["cpu_seconds"]} for one, cost in zip(found, costs, strict=True)]
+
+
+def agent_rows(config: Path, tuning: AgentTuning, options: Options) -> list[Row]:
+    """Return the results of the episodes of all trials. All trials have the same worlds."""
+    given = tuning.search
+    worlds = Worlds("", tuning.env, given.first, given.episodes, [], tuning.env_kwargs).identity
+    units = []
+    for trial in range(given.trials + 1):
+        agent = Agent("", "adaptive", agent_settings(config, tuning, trial)).identity
+        for seed in given.worlds:
+            arguments = {"worlds": worlds, "agent": agent, "seed": seed, "digest": None}
+            units.append(Unit(f"trial {trial}, seed {seed}", play_unit, arguments))
+    found = run_units(tuning.name, units, options)
+    trials = [found[start : start + given.episodes] for start in range(0, len(found), given.episodes)]
+    return [agent_row(trial, trials[0]) for trial in trials]
+
+
+def agent_row(trial: Sequence[Row], first: Sequence[Row]) -> Row:
+    """Return the results of the episodes of a trial, compared with those of trial 0 world by world."""
+    episodes = [one["row"] for one in trial]
+    returns, other = (np.array([one["row"]["return"] for one in part]) for part in (trial, first))
+    gains = returns - other
+    return {
+        "score": float(returns.mean()),
+        "return": float(returns.mean()),
+        "gain": float(gains.mean()),
+        "gain_error": float(gains.std(ddof=1) / math.sqrt(len(gains))) if len(gains) > 1 else None,
+        "untouched": float(np.mean([is_untouched_success(row) for row in episodes])),
+        "success": float(np.mean([row["success"] for row in episodes])),
+        "lost": float(np.mean([row["lost"] for row in episodes])),
+        "cost_seconds": float(sum(one["cost"]["total"] for one in trial)),
+    }
