@@ -62,6 +62,7 @@ RECURRENT = (
     + "policy_kwargs = {net_arch = [8], lstm_hidden_size = 6}\n"
 )
 TQC = SAC.replace('"SAC"', '"TQC"')
+CROSSQ = SAC.replace('"SAC"', '"CrossQ"')
 RMA = """
 algorithm = "RMA"
 n_timesteps = 1024
@@ -72,8 +73,8 @@ units = 5
 """
 ALGORITHMS = pytest.mark.parametrize(
     "own",
-    [PPO, PRIVILEGED, RECURRENT, RMA, SAC, TQC],
-    ids=["PPO", "privileged", "recurrent", "RMA", "SAC", "TQC"],
+    [PPO, PRIVILEGED, RECURRENT, RMA, SAC, TQC, CROSSQ],
+    ids=["PPO", "privileged", "recurrent", "RMA", "SAC", "TQC", "CrossQ"],
 )
 
 
@@ -173,7 +174,9 @@ def learnt(tmp_path: Path, own: str) -> tuple[Settings, Any, Worlds]:
 
 
 @pytest.mark.parametrize(
-    "own", [PPO, PRIVILEGED, RECURRENT, SAC, TQC], ids=["PPO", "privileged", "recurrent", "SAC", "TQC"]
+    "own",
+    [PPO, PRIVILEGED, RECURRENT, SAC, TQC, CROSSQ],
+    ids=["PPO", "privileged", "recurrent", "SAC", "TQC", "CrossQ"],
 )
 def test_a_policy_acts_like_its_network(own: str, tmp_path: Path) -> None:
     settings, learner, worlds = learnt(tmp_path, own)

@@ -20,6 +20,7 @@ __all__ = [
     "RMA",
     "SAC",
     "TQC",
+    "CrossQ",
     "Dynamics",
     "Evaluation",
     "Network",
@@ -127,8 +128,8 @@ class Settings:
     ----------
     name : str
         Prefix of policies, curves and checkpoints; by default the name of the file without its suffix.
-    algorithm : {"PPO", "RecurrentPPO", "RMA", "SAC", "TQC"}
-        Of stable-baselines3 and sb3-contrib; RMA: `trundle.experiments.training.rma`.
+    algorithm : {"PPO", "RecurrentPPO", "RMA", "SAC", "TQC", "CrossQ", "Dynamics"}
+        Of stable-baselines3 and sb3-contrib; RMA and Dynamics: `rma` and `dynamics` in this package.
     env : str
         The environment's id.
     n_timesteps : int
@@ -249,19 +250,25 @@ class RecurrentPPO(PPO):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SAC(Settings):
-    """Settings with the hyperparameters of stable-baselines3's SAC."""
+class OffPolicy(Settings):
+    """Settings with the hyperparameters of all algorithms with a replay buffer."""
 
-    algorithm: Literal["SAC"] = "SAC"
     buffer_size: Count | None = None
     learning_starts: int | None = None
     train_freq: Count | None = None
     gradient_steps: int | None = None
-    tau: Share | None = None
     ent_coef: float | Entropy | None = None
     target_entropy: float | Literal["auto"] | None = None
-    target_update_interval: Count | None = None
     n_steps: Count | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SAC(OffPolicy):
+    """Settings with the hyperparameters of stable-baselines3's SAC."""
+
+    algorithm: Literal["SAC"] = "SAC"
+    tau: Share | None = None
+    target_update_interval: Count | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,6 +277,14 @@ class TQC(SAC):
 
     algorithm: Literal["TQC"] = "TQC"  # type: ignore[assignment]
     top_quantiles_to_drop_per_net: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrossQ(OffPolicy):
+    """Settings with the hyperparameters of sb3-contrib's CrossQ, which has no target networks."""
+
+    algorithm: Literal["CrossQ"] = "CrossQ"
+    policy_delay: Count | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -342,7 +357,7 @@ class Dynamics(Settings):
 COMMON = {one.name for one in fields(Settings)} - {"policy", "learning_rate", "batch_size", "gamma"}
 """Fields that are no hyperparameters."""
 ALGORITHMS: dict[object, type[Settings]] = {
-    kind.__name__: kind for kind in (PPO, RecurrentPPO, RMA, SAC, TQC, Dynamics)
+    kind.__name__: kind for kind in (PPO, RecurrentPPO, RMA, SAC, TQC, CrossQ, Dynamics)
 }
 
 

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import torch
-from sb3_contrib import TQC, RecurrentPPO
+from sb3_contrib import TQC, CrossQ, RecurrentPPO
 from stable_baselines3 import PPO, SAC
 
 from trundle.envs.oracle import Oracle
@@ -14,13 +14,13 @@ from trundle.experiments.training.config import SEED_STRIDE, Settings
 from trundle.experiments.training.network import Network
 from trundle.experiments.training.policy import About, Policy
 from trundle.experiments.training.rma import RMA
-from trundle.experiments.training.torch_arrays import layer_of, memory_of
+from trundle.experiments.training.torch_arrays import layers_of, memory_of
 from trundle.experiments.training.worlds import Worlds
 
 __all__ = ["Algorithm", "algorithm", "exported", "is_off_policy"]
 
-Algorithm: TypeAlias = PPO | RecurrentPPO | SAC | TQC | RMA
-ALGORITHMS = {kind.__name__: kind for kind in (PPO, RecurrentPPO, SAC, TQC)}
+Algorithm: TypeAlias = PPO | RecurrentPPO | SAC | TQC | CrossQ | RMA
+ALGORITHMS = {kind.__name__: kind for kind in (PPO, RecurrentPPO, SAC, TQC, CrossQ)}
 ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 
@@ -41,7 +41,7 @@ def algorithm(settings: Settings, seed: int, worlds: Worlds, device: str = "cpu"
 
 def is_off_policy(learner: Algorithm) -> bool:
     """Return whether an algorithm has a replay buffer; its actions are then squashed."""
-    return isinstance(learner, SAC | TQC)
+    return isinstance(learner, SAC | TQC | CrossQ)
 
 
 def linear_schedule(most: float) -> Any:
@@ -83,7 +83,7 @@ def network_of(settings: Settings, learner: Algorithm) -> Network:
         modules = [*policy.actor.latent_pi, policy.actor.mu]
     else:
         modules = [*policy.mlp_extractor.policy_net, policy.action_net]
-    layers = [layer_of(module) for module in modules if isinstance(module, torch.nn.Linear)]
+    layers = layers_of(modules)
     memory = memory_of(policy.lstm_actor) if isinstance(learner, RecurrentPPO) else None
     default = "relu" if is_off_policy(learner) else "tanh"
     return Network(layers, settings.network.get("activation_fn", default), memory)
