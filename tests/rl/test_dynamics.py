@@ -57,7 +57,8 @@ def results(folder: Path) -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in (folder / "dynamics").iterdir()}
 
 
-def test_a_network_in_numpy_predicts_like_that_of_torch(tmp_path: Path) -> None:
+@pytest.mark.parametrize("steps", [0, 10])
+def test_a_network_in_numpy_predicts_like_that_of_torch(steps: int, tmp_path: Path) -> None:
     settings = settings_of(written(tmp_path))
     episodes = run.episodes_of(settings, 5, 6)
     data = fit.Data.of(episodes)
@@ -66,7 +67,7 @@ def test_a_network_in_numpy_predicts_like_that_of_torch(tmp_path: Path) -> None:
     about = About("tiny", "0", 1, 0, 0, settings.env, {}, 0.05)
     model = DynamicsModel(about, scales, [predictor.network()])
     motion, shape = motion_of(episodes.observations), shape_of(episodes.observations[0])
-    steps, context = 10, model.start(6)
+    context = model.start(6)
     for step in range(steps):
         context = model.remember(context, Motion(motion.inputs[step], motion.targets[step]), shape)
     wrenches = np.stack([motion.inputs[steps, :, 3:6], motion.inputs[steps, :, 6:]], axis=1)

@@ -62,7 +62,7 @@ RECURRENT = (
     + "policy_kwargs = {net_arch = [8], lstm_hidden_size = 6}\n"
 )
 TQC = SAC.replace('"SAC"', '"TQC"')
-CROSSQ = SAC.replace('"SAC"', '"CrossQ"')
+CROSSQ = SAC.replace('"SAC"', '"CrossQ"').replace("learning_starts = 500", "learning_starts = 100")
 RMA = """
 algorithm = "RMA"
 n_timesteps = 1024
