@@ -14,12 +14,14 @@ import numpy as np
 import pytest
 import torch
 
+from trundle import TrundleError
 from trundle.cli import main
 from trundle.envs.oracle import VectorOracle
 from trundle.experiments.training import policy, train
-from trundle.experiments.training.config import Settings, read
+from trundle.experiments.training.config import read
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import algorithm, exported
+from trundle.experiments.training.settings import Settings
 from trundle.experiments.training.train import Training, has_flattened
 from trundle.experiments.training.worlds import Worlds, make_worlds
 
@@ -63,6 +65,15 @@ RECURRENT = (
 )
 TQC = SAC.replace('"SAC"', '"TQC"')
 CROSSQ = SAC.replace('"SAC"', '"CrossQ"').replace("learning_starts = 500", "learning_starts = 100")
+HER = """
+algorithm = "HER"
+n_timesteps = 2400
+learning_starts = 500
+buffer_size = 1600
+batch_size = 16
+train_freq = 4
+gradient_steps = 2
+"""
 RMA = """
 algorithm = "RMA"
 n_timesteps = 1024
@@ -73,8 +84,8 @@ units = 5
 """
 ALGORITHMS = pytest.mark.parametrize(
     "own",
-    [PPO, PRIVILEGED, RECURRENT, RMA, SAC, TQC, CROSSQ],
-    ids=["PPO", "privileged", "recurrent", "RMA", "SAC", "TQC", "CrossQ"],
+    [PPO, PRIVILEGED, RECURRENT, RMA, SAC, TQC, CROSSQ, HER],
+    ids=["PPO", "privileged", "recurrent", "RMA", "SAC", "TQC", "CrossQ", "HER"],
 )
 
 
@@ -87,6 +98,8 @@ def written(folder: Path, own: str) -> Path:
     path, shared = folder / "tiny.toml", SHARED
     if "policy_kwargs" in own:
         shared = SHARED.replace("policy_kwargs = {net_arch = [8]}\n", "")
+    if own == HER:
+        shared = "\n".join(line for line in SHARED.splitlines() if not line.startswith(("frame", "aids")))
     if own == RMA:
         shared = SHARED.replace("policy_kwargs = {net_arch = [8]}\n", "")
         settings, learner, worlds = learnt(folder, PRIVILEGED)
@@ -175,8 +188,8 @@ def learnt(tmp_path: Path, own: str) -> tuple[Settings, Any, Worlds]:
 
 @pytest.mark.parametrize(
     "own",
-    [PPO, PRIVILEGED, RECURRENT, SAC, TQC, CROSSQ],
-    ids=["PPO", "privileged", "recurrent", "SAC", "TQC", "CrossQ"],
+    [PPO, PRIVILEGED, RECURRENT, SAC, TQC, CROSSQ, HER],
+    ids=["PPO", "privileged", "recurrent", "SAC", "TQC", "CrossQ", "HER"],
 )
 def test_a_policy_acts_like_its_network(own: str, tmp_path: Path) -> None:
     settings, learner, worlds = learnt(tmp_path, own)
@@ -227,6 +240,23 @@ def test_the_memory_learns_the_hidden_parameters(tmp_path: Path) -> None:
     learner.learn(32_768)
     losses = logged["train/loss"]
     assert np.mean(losses[-8:]) < 0.7 * np.mean(losses[:2])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("PushAround-v0", "PushAroundHard-v1", r"env = .*: has no goal-conditioned version"),
+        ("batch_size = 16", "n_steps = 3", "n_steps = 3: HER has no n-step returns"),
+        ("batch_size = 16", 'frame = "object"', "remove them"),
+    ],
+)
+def test_invalid_settings_of_hindsight_replay_are_refused(
+    old: str, new: str, message: str, tmp_path: Path
+) -> None:
+    file = written(tmp_path, HER)
+    file.write_text(file.read_text().replace(old, new))
+    with pytest.raises(TrundleError, match=message):
+        read(file)
 
 
 def test_contact_costs_nothing_before_the_ramp(tmp_path: Path) -> None:

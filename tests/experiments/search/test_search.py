@@ -190,5 +190,5 @@ def test_the_ranges_of_the_configurations_are_valid(path: Path) -> None:
     assert settings.env_kwargs["split"] == "train"
     if not isinstance(settings, config.AgentTuning):
         short = config.training_table(table, settings, settings.search, 1)
-        assert short["n_timesteps"] == round(0.05 * settings.n_timesteps)
+        assert short["n_timesteps"] == round(settings.search.share * settings.n_timesteps)
         assert short["evaluation"]["first"] == settings.search.first

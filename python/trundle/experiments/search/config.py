@@ -11,7 +11,8 @@ import trundle
 from trundle._native import TrundleError
 from trundle.agent_settings import read_agent_settings
 from trundle.experiments.search.ranges import Search, assigned, check_split
-from trundle.experiments.training.config import ADAPTIVE, FORMAT, Settings, Task, build
+from trundle.experiments.training.config import ADAPTIVE, FORMAT, build
+from trundle.experiments.training.settings import Settings, Task
 from trundle.rules import EnvOptions
 from trundle.settings import build_settings, parse_format
 

@@ -11,7 +11,7 @@ from trundle.experiments.markdown import prose, table
 from trundle.experiments.results import Row
 from trundle.experiments.search.config import AgentTuning
 from trundle.experiments.search.ranges import Search
-from trundle.experiments.training.config import Settings
+from trundle.experiments.training.settings import Settings
 
 __all__ = ["page"]
 

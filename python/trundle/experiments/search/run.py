@@ -29,7 +29,7 @@ from trundle.experiments.search.config import (
 )
 from trundle.experiments.search.page import page
 from trundle.experiments.search.ranges import Search
-from trundle.experiments.training.config import Settings
+from trundle.experiments.training.settings import Settings
 
 __all__ = ["Options", "search"]
 

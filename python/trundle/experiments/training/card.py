@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from trundle.experiments.markdown import table
 from trundle.experiments.results import Row
-from trundle.experiments.training.config import Settings
 from trundle.experiments.training.policy import About
+from trundle.experiments.training.settings import Settings
 
 __all__ = ["model_card"]
 

@@ -9,7 +9,9 @@ import numpy as np
 import torch
 from sb3_contrib import RecurrentPPO
 from sb3_contrib.common.recurrent.type_aliases import RNNStates
+from stable_baselines3 import HerReplayBuffer
 
+from trundle.experiments.training import hindsight
 from trundle.experiments.training.networks import is_off_policy
 from trundle.experiments.training.rma import RMA
 from trundle.experiments.training.worlds import Worlds, pick_attributes, set_attributes
@@ -28,6 +30,8 @@ COUNTERS = (
     "ep_success_buffer",
 )
 LSTM_STATES = "_last_lstm_states"
+EPISODE_STARTS = "_current_ep_start"
+"""Attribute of `HerReplayBuffer`."""
 BUFFER_ARRAYS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 """Arrays of a replay buffer; the first axis is filled from the start."""
 
@@ -49,10 +53,23 @@ def state(learner: Any, worlds: Worlds) -> dict[str, Any]:
     if is_off_policy(learner):
         buffer = learner.replay_buffer
         filled = buffer.buffer_size if buffer.full else buffer.pos
-        arrays = {name: getattr(buffer, name)[:filled] for name in BUFFER_ARRAYS}
+        arrays = {name: array[:filled] for name, array in buffer_arrays(buffer).items()}
         found["buffer"] = (buffer.pos, buffer.full, arrays)
+        if isinstance(buffer, HerReplayBuffer):
+            found["episodes"] = getattr(buffer, EPISODE_STARTS)
         if learner.ent_coef_optimizer is not None:
             found["log_ent_coef"] = learner.log_ent_coef.detach()
+    return found
+
+
+def buffer_arrays(buffer: Any) -> dict[str, Any]:
+    """Return the arrays of a replay buffer; an array in a dictionary has the name "observations.KEY"."""
+    names = BUFFER_ARRAYS + (hindsight.BUFFER_ARRAYS if isinstance(buffer, HerReplayBuffer) else ())
+    found: dict[str, Any] = {}
+    for name in names:
+        value = getattr(buffer, name)
+        inner = value.items() if isinstance(value, dict) else ()
+        found |= {f"{name}.{key}": one for key, one in inner} if inner else {name: value}
     return found
 
 
@@ -69,8 +86,11 @@ def restore(learner: Any, worlds: Worlds, found: dict[str, Any]) -> None:
     if is_off_policy(learner):
         buffer = learner.replay_buffer
         buffer.pos, buffer.full, arrays = found["buffer"]
+        whole = buffer_arrays(buffer)
         for name, filled in arrays.items():
-            getattr(buffer, name)[: len(filled)] = filled
+            whole[name][: len(filled)] = filled
+        if isinstance(buffer, HerReplayBuffer):
+            setattr(buffer, EPISODE_STARTS, found["episodes"])
         if learner.ent_coef_optimizer is not None:
             learner.log_ent_coef.data.copy_(found["log_ent_coef"])
     learner.action_space.np_random.bit_generator.state = found["sampling"]

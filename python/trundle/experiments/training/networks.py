@@ -7,20 +7,21 @@ from typing import Any, TypeAlias
 import numpy as np
 import torch
 from sb3_contrib import TQC, CrossQ, RecurrentPPO
-from stable_baselines3 import PPO, SAC
+from stable_baselines3 import PPO, SAC, HerReplayBuffer
 
 from trundle.envs.oracle import Oracle
-from trundle.experiments.training.config import SEED_STRIDE, Settings
+from trundle.experiments.training import hindsight
 from trundle.experiments.training.network import Network
 from trundle.experiments.training.policy import About, Policy
 from trundle.experiments.training.rma import RMA
+from trundle.experiments.training.settings import SEED_STRIDE, Settings
 from trundle.experiments.training.torch_arrays import layers_of, memory_of
 from trundle.experiments.training.worlds import Worlds
 
 __all__ = ["Algorithm", "algorithm", "exported", "is_off_policy"]
 
 Algorithm: TypeAlias = PPO | RecurrentPPO | SAC | TQC | CrossQ | RMA
-ALGORITHMS = {kind.__name__: kind for kind in (PPO, RecurrentPPO, SAC, TQC, CrossQ)}
+ALGORITHMS = {kind.__name__: kind for kind in (PPO, RecurrentPPO, SAC, TQC, CrossQ)} | {"HER": SAC}
 ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 
@@ -36,6 +37,10 @@ def algorithm(settings: Settings, seed: int, worlds: Worlds, device: str = "cpu"
         return RMA(teacher=teacher, **common, **{k: v for k, v in arguments.items() if k != "policy"})
     if "activation_fn" in network:
         network["activation_fn"] = ACTIVATIONS[network["activation_fn"]]
+    if settings.algorithm == "HER":
+        keys = ("n_sampled_goal", "goal_selection_strategy")
+        arguments["replay_buffer_kwargs"] = {key: arguments.pop(key) for key in keys}
+        arguments["replay_buffer_class"] = HerReplayBuffer
     return ALGORITHMS[settings.algorithm](policy_kwargs=network, **common, **arguments)
 
 
@@ -55,6 +60,8 @@ def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) 
     hidden = 0 if isinstance(learner, RMA) else revealed
     network = network_of(settings, learner)
     mean, deviation, clip = learner.normalisation() if isinstance(learner, RMA) else normalisation(worlds)
+    space = worlds.batch.observation_space
+    observed = space.shape[0] if space.shape else hindsight.entry_count(space.spaces)
     about = About(
         config=settings.name,
         digest=settings.digest,
@@ -63,7 +70,7 @@ def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) 
         steps=int(learner.num_timesteps),
         env=settings.env,
         env_kwargs=settings.env_kwargs,
-        entries=worlds.batch.observation_space.shape[0] - revealed + hidden,
+        entries=observed - revealed + hidden,
         frame=settings.frame,
         frame_stack=settings.frame_stack,
         activation=network.activation,
@@ -84,6 +91,8 @@ def network_of(settings: Settings, learner: Algorithm) -> Network:
     else:
         modules = [*policy.mlp_extractor.policy_net, policy.action_net]
     layers = layers_of(modules)
+    if settings.algorithm == "HER":
+        layers[0] = hindsight.flat_layer(layers[0], learner.observation_space.spaces)
     memory = memory_of(policy.lstm_actor) if isinstance(learner, RecurrentPPO) else None
     default = "relu" if is_off_policy(learner) else "tanh"
     return Network(layers, settings.network.get("activation_fn", default), memory)
@@ -91,8 +100,14 @@ def network_of(settings: Settings, learner: Algorithm) -> Network:
 
 def normalisation(worlds: Worlds) -> tuple[Any, Any, float]:
     """Return mean, deviation and limit of the inputs of a network."""
-    if worlds.normalize is None:
-        inputs = worlds.top.observation_space.shape[0]
+    space, normalize = worlds.top.observation_space, worlds.normalize
+    if normalize is None:
+        inputs = space.shape[0] if space.shape else hindsight.entry_count(space.spaces)
         return np.zeros(inputs), np.ones(inputs), np.inf
-    scales = worlds.normalize.obs_rms
-    return scales.mean.copy(), np.sqrt(scales.var + worlds.normalize.epsilon), worlds.normalize.clip_obs
+    scales = normalize.obs_rms
+    if isinstance(scales, dict):
+        parts = [{key: getattr(one, name) for key, one in scales.items()} for name in ("mean", "var")]
+        mean, variance = map(hindsight.flat_scales, parts)
+    else:
+        mean, variance = scales.mean.copy(), scales.var
+    return mean, np.sqrt(variance + normalize.epsilon), normalize.clip_obs

@@ -19,11 +19,12 @@ from trundle.atomic import read_json, write_text
 from trundle.experiments.results import Row, rounded
 from trundle.experiments.training import checkpoint, state_file
 from trundle.experiments.training.card import model_card
-from trundle.experiments.training.config import FORMAT, Dynamics, Settings, read
+from trundle.experiments.training.config import FORMAT, Dynamics, read
 from trundle.experiments.training.dynamics import run as dynamics
 from trundle.experiments.training.dynamics.errors import OPEN_LOOP_S
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import Algorithm, algorithm, exported
+from trundle.experiments.training.settings import Settings
 from trundle.experiments.training.worlds import Worlds, action_period, make_worlds
 from trundle.progress import Progress
 from trundle.settings import parse_format

@@ -20,8 +20,10 @@ from stable_baselines3.common.vec_env import (
 from trundle._native import Pushing, TrundleError
 from trundle.envs.oracle import Oracle, VectorOracle
 from trundle.envs.sb3 import SB3VecEnv
-from trundle.experiments.training.config import Settings
+from trundle.experiments.training.config import HER
 from trundle.experiments.training.frames import entry_count, to_frame
+from trundle.experiments.training.hindsight import goal_id
+from trundle.experiments.training.settings import Settings
 
 __all__ = ["Worlds", "make_worlds"]
 
@@ -158,10 +160,11 @@ def make_worlds(settings: Settings) -> Worlds:
         If the environment rejects its arguments.
     """
     hidden = len(Oracle.NAMES) if settings.privileged else 0
+    replays_goals = isinstance(settings, HER)
     try:
         step = action_period(settings)
         vector = gym.make_vec(
-            settings.env,
+            (goal_id(settings.env) or "") if replays_goals else settings.env,
             settings.n_envs,
             "vector_entry_point",
             autoreset_mode=AutoresetMode.DISABLED,
@@ -170,12 +173,14 @@ def make_worlds(settings: Settings) -> Worlds:
     except TypeError as error:
         raise TrundleError(f"env_kwargs = {settings.env_kwargs}: {error}") from None
     batch = SB3VecEnv(VectorOracle(vector) if hidden else vector)
-    monitor = VecMonitor(FrameWrapper(batch, settings.env, settings.frame, hidden))
+    framed = batch if replays_goals else FrameWrapper(batch, settings.env, settings.frame, hidden)
+    monitor = VecMonitor(framed)
     top: VecEnv = (shaped := ShapedRewardWrapper(monitor, settings, step))
     stack = normalize = None
     if settings.frame_stack > 1:
         top = stack = VecFrameStack(top, settings.frame_stack)
     if settings.normalize:
         gamma = settings.hyperparameters.get("gamma", 0.99)
-        top = normalize = VecNormalize(top, gamma=gamma)
+        # Rewards of replayed goals are computed anew, and not normalised.
+        top = normalize = VecNormalize(top, norm_reward=not replays_goals, gamma=gamma)
     return Worlds(batch, monitor, shaped, stack, normalize, top)

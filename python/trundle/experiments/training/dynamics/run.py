@@ -17,12 +17,13 @@ from trundle.atomic import read_json, write_text
 from trundle.experiments import versions
 from trundle.experiments.results import Row, rounded
 from trundle.experiments.runner import Runner, Unit
-from trundle.experiments.training.config import SEED_STRIDE, Dynamics, build
+from trundle.experiments.training.config import Dynamics, build
 from trundle.experiments.training.dynamics.card import model_card
 from trundle.experiments.training.dynamics.collect import Episodes, collect
 from trundle.experiments.training.dynamics.errors import OPEN_LOOP_S, prediction_errors
 from trundle.experiments.training.dynamics.fit import Data, Predictor, fit, scales_of
 from trundle.experiments.training.dynamics.model import About, DynamicsModel, load
+from trundle.experiments.training.settings import SEED_STRIDE
 from trundle.experiments.training.worlds import action_period
 
 __all__ = ["HISTORIES_S", "errors_of", "train"]
