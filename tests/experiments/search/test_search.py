@@ -138,10 +138,9 @@ def test_a_search_compares_all_trials_in_the_same_worlds(
     assert [row["trial"] for row in rows] == [0, 1, 2, 3]
     assert rows[0]["values"] == {}
     assert rows[0]["gain"] == 0.0
-    settings, _ = config.read(path)
-    assert settings.search is not None
+    _, given, _ = config.read(path)
     for row in rows[1:]:
-        assert row["values"] == settings.search.values(row["trial"])
+        assert row["values"] == given.values(row["trial"])
         assert row["gain"] == pytest.approx(row["return"] - rows[0]["return"], abs=1e-4)
         assert row["gain"] != 0.0
     best = max(rows, key=lambda row: float(row["return"]))["trial"]
@@ -184,11 +183,10 @@ def test_the_settings_of_the_agent_have_no_training(
     "path", sorted((ROOT / "configs/rl").glob("hard_*.toml")), ids=lambda path: path.stem
 )
 def test_the_ranges_of_the_configurations_are_valid(path: Path) -> None:
-    settings, table = config.read(path)
-    assert settings.search is not None
-    assert settings.search.trials == 10
+    settings, given, table = config.read(path)
+    assert given.trials == 10
     assert settings.env_kwargs["split"] == "train"
     if not isinstance(settings, config.AgentTuning):
-        short = config.training_table(table, settings, settings.search, 1)
-        assert short["n_timesteps"] == round(settings.search.share * settings.n_timesteps)
-        assert short["evaluation"]["first"] == settings.search.first
+        short = config.training_table(table, settings, given, 1)
+        assert short["n_timesteps"] == round(given.share * settings.n_timesteps)
+        assert short["evaluation"]["first"] == given.first

@@ -51,12 +51,13 @@ class AgentTuning:
         check_split(self.env_kwargs)
 
 
-def read(path: Path) -> tuple[Settings | AgentTuning, dict[str, Any]]:
+def read(path: Path) -> tuple[Settings | AgentTuning, Search, dict[str, Any]]:
     """Read the file of a search, and check the settings of every trial.
 
     Returns
     -------
     settings : Settings or AgentTuning
+    search : Search
     table : dict
         The parsed file without `[search]`.
 
@@ -70,7 +71,7 @@ def read(path: Path) -> tuple[Settings | AgentTuning, dict[str, Any]]:
         tuning = build_settings(path, AgentTuning, {"name": path.stem, **table})
         for trial in range(tuning.search.trials + 1):
             agent_settings(path, tuning, trial)
-        return tuning, table
+        return tuning, tuning.search, table
     settings = build(path, table)
     search = settings.search
     if search is None:
@@ -80,7 +81,7 @@ def read(path: Path) -> tuple[Settings | AgentTuning, dict[str, Any]]:
     del table["search"]
     for trial in range(search.trials + 1):
         build(path, training_table(table, settings, search, trial))
-    return settings, table
+    return settings, search, table
 
 
 def agent_settings(path: Path, tuning: AgentTuning, trial: int) -> dict[str, Any]:

@@ -75,18 +75,16 @@ def search(config: Path, options: Options) -> str:
     TrundleError
         If the file is invalid, or a trial fails.
     """
-    settings, table = read(config)
+    settings, given, table = read(config)
     if isinstance(settings, AgentTuning):
-        rows = agent_rows(config, settings, options)
-        spent = settings.search
+        found = agent_rows(config, settings, options)
     else:
         require("stable_baselines3", "rl", "trainings")
         require("sb3_contrib", "rl", "trainings")
-        spent = settings.search or Search({})
-        rows = training_rows(table, settings, spent, options)
-    rows = [{"trial": trial, "values": spent.values(trial), **row} for trial, row in enumerate(rows)]
+        found = training_rows(table, settings, given, options)
+    rows = [{"trial": trial, "values": given.values(trial), **row} for trial, row in enumerate(found)]
     costs = [row.pop("cost_seconds") for row in rows]
-    text = page(config, settings, spent, rounded(rows))
+    text = page(config, settings, given, rounded(rows))
     file = options.out / "search" / settings.name
     spending = json.dumps({"cpu_seconds": rounded(costs)})
     write_lines(file.with_suffix(".jsonl"), rounded(rows))
@@ -105,7 +103,8 @@ def training_rows(table: dict[str, Any], settings: Settings, given: Search, opti
     """Return the results of the trainings of all trials."""
     from trundle.experiments.search.trial import training_trial
 
-    folder = options.out / "work" / f"{settings.name}_search" / "trials"
+    # A finished training is not repeated, so that trainings of other code need another folder.
+    folder = options.out / "work" / f"{settings.name}_search" / versions.of_package()
     common = {"seed": TRIAL_SEED, "device": options.device}
     units = [
         Unit(
