@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 AMPLITUDES = (0.1, 1.0)
 """Standard deviation of random pushes, as a share of a full action; log-uniform in an episode."""
 CORRELATION_TIMES_S = (0.1, 1.0)
-"""Time in which random pushes forget; log-uniform in an episode."""
+"""Correlation time of random pushes; log-uniform in an episode."""
 GAINS = (0.3, 3.0)
 """Full actions per metre and, times 0.3, per radian of the error of a push towards the goal; log-uniform."""
 DAMPINGS = (0.2, 2.0)
