@@ -8,9 +8,9 @@ import argparse
 import torch
 
 from trundle.experiments.training.config import PPO
-from trundle.experiments.training.settings import Network, RewardShaping
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import algorithm, exported
+from trundle.experiments.training.settings import Network, RewardShaping
 from trundle.experiments.training.worlds import make_worlds
 
 parser = argparse.ArgumentParser()
