@@ -1,8 +1,11 @@
 //! Effects that correct the form of others.
 //!
 //! A law with an idealised form leaves a small part of what it explains. Where the noise is smaller, another law imitates that
-//! part with certainty, and is not there. Effects that explain a negligible share of what was missing are detectable, but no names.
+//! part with certainty, and is not there. Effects that explain a negligible share of what was missing are detectable, but no names,
+//! unless they leave no more than noise: an imitation leaves a part of what it imitates.
 
+use crate::lack_of_fit::{CERTAIN_EXPLANATION, explanation};
+use crate::rows::noise_floor;
 use crate::search::Searcher;
 use crate::tried::Tried;
 use trundle_diagnose::{MIN_MATERIAL_ERROR_RATIO, NEGLIGIBLE_SHARE};
@@ -19,10 +22,14 @@ impl Searcher<'_> {
     }
 
     /// Largest probability of what `fuller` has in addition to `simpler`, by its share in what was missing at the joints where
-    /// it is material.
+    /// it is material, or by how near to the noise it comes there.
     pub fn share_limit(&self, base: &Tried, simpler: &Tried, fuller: &Tried) -> f64 {
         let joints = self.material_joints(simpler, fuller);
-        let own = |&j: &usize| share_limit([base, simpler, fuller].map(|tried| square(tried, j)));
+        let own = |&j: &usize| {
+            let squares = [base, simpler, fuller].map(|tried| square(tried, j));
+            share_limit(squares)
+                .max(noise_limit([squares[1], squares[2]].map(f64::sqrt), noise_floor(self.problem, j)))
+        };
         joints.iter().map(own).reduce(f64::max).unwrap_or(1.0)
     }
 
@@ -66,9 +73,15 @@ fn share_limit([nominal, without, with]: [f64; 3]) -> f64 {
     if gained < missing { (gained / missing / NEGLIGIBLE_SHARE).clamp(0.0, 1.0) } else { 1.0 }
 }
 
+/// Largest probability of an effect by the errors without and with it: certain if only noise remains, and zero if it explains
+/// no more than a lone effect must.
+fn noise_limit(errors: [f64; 2], noise: f64) -> f64 {
+    ((explanation(errors, noise) - CERTAIN_EXPLANATION) / (1.0 - CERTAIN_EXPLANATION)).max(0.0)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{is_leftover, share_limit};
+    use super::{is_leftover, noise_limit, share_limit};
 
     #[test]
     fn effects_of_thousandths_of_what_was_missing_are_no_names() {
@@ -80,5 +93,13 @@ mod tests {
         }
         assert!(is_leftover(share_limit([65001.0, 40.0, 1.0])));
         assert!(!is_leftover(share_limit([1.0, 2.0, 1.0])));
+    }
+
+    #[test]
+    fn a_small_effect_that_leaves_only_noise_is_a_name() {
+        assert_eq!(noise_limit([8.0, 0.9], 1.0), 1.0);
+        assert!(!is_leftover(noise_limit([8.0, 1.2], 1.0)));
+        // A play whose drive is modelled too simply, and a tilt of the base that imitates the rest.
+        assert!(is_leftover(noise_limit([2.0, 1.3], 1.0)));
     }
 }
