@@ -1,7 +1,6 @@
 //! Wrench readings of an episode as a function of time. Between samples the curve is linear, or constant
 //! where the readings are commands. It is constant beyond the first and last sample.
 
-use crate::onset::earliest_motion;
 use trundle_model::{Clock, Real};
 use trundle_record::{Noise, Prepared, wrapped};
 
@@ -77,8 +76,6 @@ pub(crate) struct MeanReading {
 pub(crate) struct Curve {
     knots: Vec<Knot>,
     contact: f64,
-    /// Time from which the object may move before contact, s.
-    may_move_from: f64,
     episode: f64,
     held: bool,
     max_step: f64,
@@ -111,9 +108,7 @@ impl Curve {
     /// The same with the noise of the readings and the variance between samples.
     pub fn with_noise(episode: &Prepared, noise: &Noise) -> Self {
         let sd = [noise.force, noise.force, noise.torque];
-        let curve = Self::with_volatility(episode, &volatility(episode, sd));
-        let may_move_from = curve.may_move_from.min(earliest_motion(episode, noise));
-        Self { sd, may_move_from, ..curve }
+        Self { sd, ..Self::with_volatility(episode, &volatility(episode, sd)) }
     }
 
     fn with_volatility(episode: &Prepared, volatility: &[[f64; 3]]) -> Self {
@@ -138,7 +133,6 @@ impl Curve {
         Self {
             knots,
             contact: episode.contact,
-            may_move_from: if episode.at_rest { f64::INFINITY } else { f64::NEG_INFINITY },
             episode: episode.ordinal as f64,
             held,
             max_step,
@@ -149,12 +143,6 @@ impl Curve {
     /// Maximum step of a simulation under these readings, s.
     pub fn max_step(&self) -> f64 {
         self.max_step
-    }
-
-    /// Largest delay of the readings with which contact begins after the time `end`, s. Until then the object rests. −∞ if it
-    /// may move at that time whenever contact begins.
-    pub fn resting_delay(&self, end: f64) -> f64 {
-        if end <= self.may_move_from { self.contact - end } else { f64::NEG_INFINITY }
     }
 
     /// Clock of the episode at a time of its table. The step's duration is zero.

@@ -28,7 +28,6 @@ mod likelihood;
 mod motion;
 mod noise;
 mod online;
-mod onset;
 mod optimum;
 mod profile;
 mod progress;

@@ -2,10 +2,9 @@
 
 use crate::InferError;
 use crate::curve::{Curve, MeanReading};
-use crate::onset::earliest_motion;
 use crate::timing::Timing;
 use std::sync::Arc;
-use trundle_model::{Clock, Plant, Real};
+use trundle_model::{Clock, Real};
 use trundle_record::{Motion, Noise, PoseSample, Prepared};
 
 /// Minimum spacing of the poses used in a fit, as a share of the maximum step. Closer poses cost time and add
@@ -34,20 +33,11 @@ pub struct Step {
     /// Variance of the mean reading in addition to the sensor noise, reading axes: from the frame's
     /// uncertainty and from variation between samples.
     pub spread: [f64; 3],
-    /// Largest delay of the readings with which the object rests during the step, s (see [`Curve::resting_delay`]).
-    pub(crate) resting_delay: f64,
     /// Pose measured at the end.
     pub pose: Option<[f64; 3]>,
 }
 
 impl Step {
-    /// Whether the object still rests because the step ends before contact, which a late reading shows late.
-    #[inline]
-    pub fn is_before_contact<T: Real>(&self, plant: &Plant<T>) -> bool {
-        self.resting_delay > f64::NEG_INFINITY
-            && Timing::of(plant, self.clock).map_or(0.0, |timing| timing.delay()) <= self.resting_delay
-    }
-
     /// Mean reading over the step, corrected for delays and lags where `timing` is given.
     #[inline]
     pub(crate) fn reading<T: Real>(&self, curve: &Curve, timing: Option<&Timing<T>>) -> [T; 3] {
@@ -78,7 +68,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Divides an episode into steps. An object at rest is followed from shortly before contact on.
+    /// Divides an episode into steps. An object at rest is followed from contact on.
     ///
     /// # Errors
     /// When fewer than five poses or two wrench samples are left.
@@ -148,15 +138,6 @@ impl Track {
         }
     }
 
-    /// The part of the track from the last pose before contact on, if the readings are not late.
-    pub fn from_contact(self) -> Self {
-        let rests = self.steps.iter().take_while(|step| step.resting_delay >= 0.0).count();
-        let first =
-            self.steps[..rests].iter().rposition(|step| step.pose.is_some()).map_or(0, |last| last + 1);
-        let start = self.start + self.steps[..first].iter().map(|step| step.dt).sum::<f64>();
-        Self { start, steps: self.steps[first..].to_vec(), ..self }
-    }
-
     /// The part of the track up to a time, s.
     pub(crate) fn until(&self, end: f64) -> Self {
         let mut t = self.start;
@@ -173,10 +154,37 @@ impl Track {
     }
 }
 
-/// Index of the last pose at which the object surely rests.
+/// Deviation from rest that noise is unlikely to reach at two successive poses, standard deviations.
+const MIN_MOTION_SD: f64 = 6.0;
+
+/// Time for which an object may have moved before its motion is detected, s.
+const MAX_UNDETECTED_S: f64 = 0.1;
+
+/// Index of the last pose at rest: before contact and before detected motion, since a late reading also
+/// delays the detection of contact.
 fn last_resting_pose(episode: &Prepared, noise: &Noise) -> usize {
-    let end = episode.rest_until().unwrap_or(episode.contact).min(earliest_motion(episode, noise));
+    let end = motion_onset(&episode.pose, noise.pose)
+        .map_or(episode.contact, |t| episode.contact.min(t - MAX_UNDETECTED_S));
     episode.pose.iter().rposition(|p| p.t <= end).unwrap_or(0)
+}
+
+/// Time at which the poses leave the mean of the earlier ones, s.
+fn motion_onset(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
+    let (mut sum, mut left) = ([0.0; 3], None);
+    for (n, pose) in poses.iter().enumerate() {
+        let away = |k: usize| {
+            (pose.pose[k] - sum[k] / n as f64).abs() > MIN_MOTION_SD * sd[k] * (1.0 + 1.0 / n as f64).sqrt()
+        };
+        match left {
+            _ if n == 0 || !(0..3).any(away) => {
+                left = None;
+                sum = [0, 1, 2].map(|k| sum[k] + pose.pose[k]);
+            }
+            None => left = Some(pose.t),
+            Some(_) => return left,
+        }
+    }
+    None
 }
 
 type WithVariance = ([f64; 3], [f64; 3]);
@@ -212,7 +220,25 @@ pub(crate) fn cut_into_steps(
         let MeanReading { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
         let clock = curve.clock_of_step(begin + dt / 2.0, dt, frame, spacing);
-        let (thinning, resting_delay) = (spacing / dt, curve.resting_delay(begin + dt));
-        steps.push(Step { dt, reading, frame, clock, thinning, spread, resting_delay, pose });
+        steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, spread, pose });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motion_onset_is_detected_before_contact() {
+        let noise = |k: usize| 2e-4 * ((12.9 * k as f64).sin() + (78.2 * k as f64).sin());
+        let pose = |k: usize| {
+            let t = k as f64 / 60.0;
+            let moved = 0.5 * (t - 0.5).max(0.0).powi(2);
+            PoseSample { t, pose: [3.0 + moved + noise(k), -1.0 + noise(k + 7), 0.3] }
+        };
+        let poses: Vec<_> = (0..100).map(pose).collect();
+        let seen = motion_onset(&poses, [5e-4, 5e-4, 1.75e-3]).unwrap();
+        assert!((0.52..0.5 + MAX_UNDETECTED_S).contains(&seen), "seen to move at {seen} s");
+        assert_eq!(motion_onset(&poses[..30], [5e-4, 5e-4, 1.75e-3]), None);
     }
 }

@@ -56,7 +56,7 @@ impl Path {
     /// # Errors
     /// If too few poses or wrench samples remain.
     pub fn new(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
-        let track = Track::new(episode, noise)?.from_contact();
+        let track = Track::new(episode, noise)?;
         let motion = episode.motion(noise);
         let at = |t: f64| nearest(&motion, t);
         let too_short = || InferError::NoData {

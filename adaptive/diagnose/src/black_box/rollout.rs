@@ -72,7 +72,7 @@ impl Rollout<'_> {
     }
 
     /// Makes one step. A first call of the simulator gives the total wrench without laws, under which the laws are
-    /// evaluated. Before contact the object rests.
+    /// evaluated.
     fn step(
         &self,
         states: &EpisodeStates<'_>,
@@ -80,9 +80,6 @@ impl Rollout<'_> {
         state: &mut State<f64>,
     ) -> Result<(), InferError> {
         let (plant, dt) = (&self.plant, step.dt);
-        if step.is_before_contact(plant) {
-            return Ok(());
-        }
         let (applied, clock) = states.readings.applied_wrench(plant, step);
         let (before, t) = (vector(state), step.clock.t - dt / 2.0);
         let call = |wrench: &[f64; 3]| {

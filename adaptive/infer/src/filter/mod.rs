@@ -314,12 +314,8 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
-    /// Propagates a belief by one step and returns the derivatives of the new state by the old one. Before contact nothing
-    /// moves, and the noise of the readings moves nothing.
+    /// Propagates a belief by one step and returns the derivatives of the new state by the old one.
     fn predict(&self, belief: &mut Belief<N>, step: &Step, curve: &Curve) -> Matrix<N> {
-        if step.is_before_contact(&self.plant) {
-            return Matrix::<N>::identity();
-        }
         let variable = |k: usize| {
             // If the pose is not a variable, its index is outside the derivatives.
             Dual::<D>::variable(belief.mean[k], (k + D).wrapping_sub(N))

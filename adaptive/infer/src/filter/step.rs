@@ -5,7 +5,7 @@ use crate::timing::Timing;
 use crate::track::Step;
 use trundle_model::{Clock, Plant, Precision, Real, State, transport};
 
-/// Advances a state by one step under a reading with an error. Before contact the object rests.
+/// Advances a state by one step under a reading with an error.
 #[inline]
 pub(crate) fn advance<T: Real>(
     plant: &Plant<T>,
@@ -14,9 +14,6 @@ pub(crate) fn advance<T: Real>(
     step: &Step,
     curve: &Curve,
 ) {
-    if step.is_before_contact(plant) {
-        return;
-    }
     let (applied, clock) = applied_wrench(plant, error, step, curve);
     plant.step_with_precision(Precision::Fit, state, &applied, clock, step.dt);
 }

@@ -6,9 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_fixtures::{NOISE, locked, table};
-use trundle_infer::{Fit, FitOptions, MotionLikelihood, Quiet, fit, open_loop};
-use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State, transport};
-use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};
+use trundle_infer::{Fit, FitOptions, MotionLikelihood, Quiet, fit};
+use trundle_model::{Clock, Effect, Kind, Model, Plant, State, transport};
+use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
 
 const CONTACT: f64 = 0.5;
 const DT: f64 = 5e-4;
@@ -129,31 +129,6 @@ fn a_reading_that_lags() {
 }
 
 #[test]
-fn a_delay_of_a_slow_object_under_a_noisy_tracker() {
-    // The object moves by less than the noise of the poses until contact is detected in the late reading.
-    let late = |x: &Signal| (0..x.len()).map(|k| x[k.saturating_sub(240)]).collect();
-    let noise = Noise { pose: [2e-3, 2e-3, 4e-3], ..NOISE };
-    let heavy =
-        Model { body: Body { mass: 96.0, ..table() }, mass: Some(96.0), ..locked() }.resolved().unwrap();
-    let episodes: Vec<Prepared> = (0..3)
-        .map(|k| {
-            let mut pushed = push(&heavy, &Fault { read: late, acts: as_is }, k, 7);
-            let mut rng = ChaCha8Rng::seed_from_u64(k as u64);
-            pushed.pose = pushed.pose.into_iter().step_by(2).collect();
-            for pose in &mut pushed.pose {
-                (0..3).for_each(|i| pose.pose[i] += noise.pose[i] * rng.sample::<f64, _>(StandardNormal));
-            }
-            Prepared { contact: CONTACT + 0.12, ..pushed }
-        })
-        .collect();
-    let likelihood = MotionLikelihood::new(&episodes, &noise).unwrap();
-    let model = Model::nominal(table(), None, [true; 3]).with(Effect::free(Kind::Latency));
-    let found = fit(&likelihood, &model, &[], &FitOptions::default(), &Quiet).unwrap();
-    assert_near(&found, "latency.delay", 0.12, 0.006);
-    assert_near(&found, "body.mass", 96.0, 3.0);
-}
-
-#[test]
 fn a_lag_is_distinguished_from_a_delay() {
     let fault = Fault { read: |x| lagging(x, 0.06), acts: as_is };
     let both = [Effect::free(Kind::SensorLag), Effect::free(Kind::Latency)];
@@ -243,17 +218,4 @@ fn a_saturated_reading() {
     assert_near(&found, "saturation.limit_x", LIMITS[0], 3.0);
     assert_near(&found, "saturation.limit_y", LIMITS[1], 3.0);
     assert!(without.cost - found.cost > 100.0, "{} {}", without.cost, found.cost);
-}
-
-#[test]
-fn noise_before_contact_moves_nothing() {
-    let plant = locked().resolved().unwrap();
-    let pushed = push(&plant, &Fault { read: as_is, acts: as_is }, 0, 7);
-    let delayed = locked().with(Effect::free(Kind::Latency).with("delay", Some(-0.1)));
-    for (plant, until) in [(plant, CONTACT), (delayed.resolved().unwrap(), CONTACT + 0.1)] {
-        let simulated = open_loop(&plant, &pushed);
-        let moved = |index: &usize| simulated[*index] != simulated[0];
-        let first = (0..simulated.len()).find(moved).unwrap();
-        assert!(pushed.pose[first].t > until && pushed.pose[first - 1].t > until - 0.02, "moves at {first}");
-    }
 }
