@@ -58,10 +58,11 @@ def quantised(table: Columns) -> None:
     table["q_elbow"] = np.round(table["q_elbow"] / 0.0015) * 0.0015
 
 
-def swapped(prefix: str) -> Callable[[Columns], None]:
+def swapped(*prefixes: str) -> Callable[[Columns], None]:
     def change(table: Columns) -> None:
-        names = [f"{prefix}_{joint}" for joint in ("shoulder", "elbow")]
-        table[names[0]], table[names[1]] = table[names[1]], table[names[0]]
+        for prefix in prefixes:
+            names = [f"{prefix}_{joint}" for joint in ("shoulder", "elbow")]
+            table[names[0]], table[names[1]] = table[names[1]], table[names[0]]
 
     return change
 
@@ -176,6 +177,9 @@ CORRUPTIONS = {
     ),
     "positions in another order": Corruption(
         swapped("q"), "order", r"columns q_\* .* the motion of shoulder leaves .* of effort_elbow unexplained"
+    ),
+    "targets and velocities in another order": Corruption(
+        swapped("target", "v"), "order", r"the columns target_\* and v_\* are in another order"
     ),
     "velocities in another order": Corruption(
         swapped("v"), "order", "v_elbow follows the velocities of shoulder"

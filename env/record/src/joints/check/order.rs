@@ -22,20 +22,22 @@ pub(super) fn order(input: &Input) -> Vec<Finding> {
         ("effort", exchanged_efforts(input)),
     ];
     let found: Vec<_> = streams.into_iter().filter(|(_, pairs)| !pairs.is_empty()).collect();
-    // If several streams disagree with the positions, the positions are wrong.
-    let prefix = match found[..] {
+    let prefixes: Vec<&str> = found.iter().map(|(prefix, _)| *prefix).collect();
+    // If efforts and another stream disagree with the positions, the positions are wrong.
+    let columns = match prefixes[..] {
         [] => return vec![],
-        [(prefix, _)] => prefix,
-        _ => "q",
+        [_, .., "effort"] => "q_*".to_owned(),
+        _ => prefixes.iter().map(|prefix| format!("{prefix}_*")).collect::<Vec<_>>().join(" and "),
     };
     let pairs: Vec<String> = found.into_iter().flat_map(|(_, pairs)| pairs).collect();
     let sentence =
-        format!("the columns {prefix}_* are in another order than the joints: {}", pairs.join(", "));
-    let alternative =
-        if prefix == "effort" { " (or each q column, if no other stream has them)" } else { "" };
-    let remedy = format!(
-        "give each {prefix} column the name of its joint{alternative}; logs often list them in the order of a message"
-    );
+        format!("the columns {columns} are in another order than the joints: {}", pairs.join(", "));
+    let which = match prefixes[..] {
+        ["effort"] => "each effort column (or each q column: efforts alone do not tell)",
+        _ => "each of these columns",
+    };
+    let remedy =
+        format!("give {which} the name of its joint; logs often list them in the order of a message");
     vec![Finding::new("order", Severity::Error, sentence, &remedy)]
 }
 
