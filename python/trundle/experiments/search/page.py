@@ -44,12 +44,12 @@ def page(config: Path, settings: Settings | AgentTuning, search: Search, rows: S
     ordered = sorted(rows, key=lambda row: float(row["score"]), reverse=True)
     best = ordered[0]
     results = [key for key in RESULTS if key in best]
-    head = ["trial", *(f"`{key}`" for key in search.ranges), *(RESULTS[key][0] for key in results)]
+    head = ["trial", *(RESULTS[key][0] for key in results), *(f"`{key}`" for key in search.ranges)]
     lines = []
     for row in ordered:
         values = [str(row["values"].get(key, NONE)) for key in search.ranges]
         found = [NONE if row[key] is None else RESULTS[key][1].format(row[key]) for key in results]
-        lines.append([str(row["trial"]), *values, *found])
+        lines.append([str(row["trial"]), *found, *values])
     budget = ""
     if isinstance(settings, Settings):
         steps = round(search.share * settings.n_timesteps)
