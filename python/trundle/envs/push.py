@@ -14,6 +14,7 @@ from trundle._native import NotFiniteError, Pushing, Snapshot, TrundleError
 from trundle.envs.action_error import ActionError
 from trundle.envs.external_motion import ExternalMotion, Stepped
 from trundle.envs.push_options import Names, options_toml, reset_options
+from trundle.envs.recordable import RecordableEpisodes
 from trundle.envs.view import draw, require_episode
 from trundle.envs.window import Window
 
@@ -28,7 +29,7 @@ REACH, FACING = 0.05, 0.1
 """Default distance (m) and heading error (rad) within which a goal is reached."""
 
 
-class Push(ExternalMotion, gym.Env[Array, Action]):
+class Push(ExternalMotion, RecordableEpisodes, gym.Env[Array, Action]):
     """Base class of pushing environments; instantiate a subclass.
 
     ## Action Space
@@ -366,23 +367,6 @@ class Push(ExternalMotion, gym.Env[Array, Action]):
     def control(self) -> float:
         """Time between two actions, s."""
         return self._native.control
-
-    def start_recording(self) -> None:
-        """Store the readings of sensor and tracker from the next reset on; for `trundle.Record`."""
-        self._native.record()
-
-    def take_rows(self) -> dict[str, Array]:
-        """Return the readings since the last call, by column of a recording."""
-        return self._native.take_rows()
-
-    def recording_metadata(self, name: str) -> dict[str, Any]:
-        """Return the content of `recording.toml`."""
-        return self._native.metadata(name)
-
-    @property
-    def object_count(self) -> int:
-        """Number of different objects so far; it increases when the hidden object changes."""
-        return self._native.objects
 
     def _draw(self) -> None:
         if self.render_mode is None:
