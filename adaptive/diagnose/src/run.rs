@@ -12,14 +12,13 @@ use crate::locate::Located;
 use crate::periods;
 use crate::platt::calibrated;
 use crate::predictions::Predictions;
-use crate::predictive_check::PredictiveCheck;
 use crate::pushing_time::require_pushing_time;
 use crate::search::{SearchResult, Searcher, probabilities};
-use crate::selection::{Selection, Selector};
+use crate::selection::{LARGE_RESIDUAL, Selection, Selector};
 use crate::series::{self, Series};
 use crate::thresholds::max_given_cost;
 use crate::units;
-use crate::verdict::{NamedModel, right_law_probability, verdict as verdict_of};
+use crate::verdict::{right_law_probability, verdict_of};
 use crate::warnings::{harmful_effects, neglected_lack_of_fit, warnings};
 use std::collections::{BTreeMap, BTreeSet};
 use trundle_infer::{Fit, InferError, Watch, unscored_time};
@@ -128,26 +127,11 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let mut found = searcher.run()?;
     watch.progress("left-out episodes", 0.0);
     let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);
-    let quasi_static = engine.is_quasi_static();
-    let check_of = |index: usize| {
-        if quasi_static { Ok(None) } else { engine.predictive_check(&found.tried[index]).map(Some) }
-    };
-    let is_material = |check: Option<PredictiveCheck>| check.is_none_or(|check| check.is_material());
     let Selection { mut best, mut chances, rejected, immaterial, mut reasons } =
         Selector { engine, found: &found, base, watch }.select()?;
-    let mut lack = engine.lack_of_fit(&found.tried[best])?;
-    let errors = check_of(best)?;
-    let gained = found.tried[base].fit.cost - found.tried[best].fit.cost;
-    let named = (best != base).then_some(NamedModel { gained, lack });
-    let mut verdict = verdict_of(engine.observations(), found.before, named, is_material(errors));
-    if verdict == Verdict::Explained
-        && let (Some(errors), Some(nominal)) = (errors, check_of(base)?)
-        && errors.is_poor(&nominal)
-    {
-        verdict = Verdict::Unexplained;
-    }
+    let (mut verdict, mut lack) = verdict_of(engine, found.before, &found.tried[base], &found.tried[best])?;
     if verdict == Verdict::Unexplained {
-        reasons.entry(best).or_insert("its residual exceeds what noise explains");
+        reasons.entry(best).or_insert(LARGE_RESIDUAL);
         (best, chances, lack) = (base, vec![], found.before);
     }
     let given = engine.given(watch)?;
@@ -180,7 +164,8 @@ impl Decision {
             None => None,
         };
         let lack = self.lack.map(|lack| units::lack_of_fit(lack, scales));
-        Ok(Self { found: SearchResult { tried, before, located }, lack, given, ..self })
+        let found = SearchResult { tried, before, located, ..self.found };
+        Ok(Self { found, lack, given, ..self })
     }
 }
 

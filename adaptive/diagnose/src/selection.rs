@@ -16,6 +16,9 @@ use trundle_model::{Kind, Param};
 /// Most models whose effects are checked on left-out episodes.
 const MAX_CHECKED_MODELS: usize = 24;
 
+/// Reason for not naming the best model.
+pub(crate) const LARGE_RESIDUAL: &str = "its residual exceeds what noise explains";
+
 /// The selected model.
 pub(crate) struct Selection {
     /// Its index among the tried models.
@@ -50,6 +53,10 @@ impl Selector<'_> {
         let mut reasons = BTreeMap::new();
         let mut eligibility: Option<Eligibility<'_>> = None;
         let tried = &self.found.tried;
+        if self.found.leaves_too_much {
+            reasons.insert(0, LARGE_RESIDUAL);
+            return Ok(Selection { best: self.base, chances: vec![], rejected: 0, immaterial, reasons });
+        }
         let mut next = 0;
         while let Some(candidate) = tried.get(next) {
             let index = next;

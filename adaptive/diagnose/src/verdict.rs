@@ -1,8 +1,11 @@
 //! The verdict, and the probability that the named law is the right one.
 
 use crate::answer::Verdict;
+use crate::engine::Engine;
+use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::LackOfFit;
 use crate::thresholds::{MAX_MISFIT_PER_SAMPLE_NATS, MAX_RESIDUAL_GAIN_SHARE, NEGLIGIBLE_SHARE};
+use trundle_infer::InferError;
 
 /// Probability that a law with this lack of fit is the right one and not a similar one. It is one half at the
 /// largest lack of fit that is still named.
@@ -13,9 +16,9 @@ pub(crate) fn right_law_probability(lack: Option<LackOfFit>, observations: usize
 
 /// A named model: its gain over the nominal model, nats, and its lack of fit.
 #[derive(Clone, Copy)]
-pub(crate) struct NamedModel {
-    pub gained: f64,
-    pub lack: Option<LackOfFit>,
+struct NamedModel {
+    gained: f64,
+    lack: Option<LackOfFit>,
 }
 
 /// The verdict from the lack of fit of the nominal model, the named model, if any, and whether the selected
@@ -24,7 +27,7 @@ pub(crate) struct NamedModel {
 /// What was missing is the named model's gain plus the gain of a random-walk wrench in addition to it. If the
 /// recording does not state the noise, the fitted noise of the nominal model absorbs unmodelled effects, and
 /// its own lack of fit is too small.
-pub(crate) fn verdict(
+fn verdict(
     observations: usize,
     before: Option<LackOfFit>,
     named: Option<NamedModel>,
@@ -41,6 +44,28 @@ pub(crate) fn verdict(
     let is_other_law = material
         && after.misfit() > (MAX_MISFIT_PER_SAMPLE_NATS * observations as f64).max(NEGLIGIBLE_SHARE * misfit);
     if is_large || is_other_law { Verdict::Unexplained } else { Verdict::Explained }
+}
+
+/// The verdict if `model` is selected, and its lack of fit. `base` is the nominal model, and `before` its lack of fit.
+pub(crate) fn verdict_of(
+    engine: &dyn Engine,
+    before: Option<LackOfFit>,
+    base: &FittedModel,
+    model: &FittedModel,
+) -> Result<(Verdict, Option<LackOfFit>), InferError> {
+    let check_of = |tried: &FittedModel| {
+        if engine.is_quasi_static() { Ok(None) } else { engine.predictive_check(tried).map(Some) }
+    };
+    let is_named = !model.added.is_empty();
+    let lack = engine.lack_of_fit(model)?;
+    let errors = check_of(model)?;
+    let named = is_named.then_some(NamedModel { gained: base.fit.cost - model.fit.cost, lack });
+    let found = verdict(engine.observations(), before, named, errors.is_none_or(|check| check.is_material()));
+    let is_poor = match (errors, check_of(base)?) {
+        (Some(errors), Some(nominal)) => errors.is_poor(&nominal),
+        _ => false,
+    };
+    Ok((if found == Verdict::Explained && is_poor { Verdict::Unexplained } else { found }, lack))
 }
 
 #[cfg(test)]

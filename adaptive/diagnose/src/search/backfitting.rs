@@ -4,6 +4,7 @@
 //! of the misfit is explained, backfitting searches the effects' shapes again, exchanges each effect for
 //! others, drops each effect once, and fits refinements.
 
+use super::fitting::Stages;
 use super::{MAX_FURTHER_KINDS, Searcher, job, kinds, with_refinements};
 use crate::fitted_model::with_kinds;
 use crate::fitted_model::{FittedModel, Job};
@@ -42,7 +43,11 @@ impl Searcher<'_> {
     }
 
     /// Search the shapes of the best model with the given kinds again.
-    fn backfit_shapes_of(&self, of: &[Kind], tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    pub(super) fn backfit_shapes_of(
+        &self,
+        of: &[Kind],
+        tried: &mut Vec<FittedModel>,
+    ) -> Result<(), InferError> {
         for _ in 0..MAX_BACKFITTING_ROUNDS {
             let Some(index) = tried.iter().position(|t| kinds(&t.added) == of) else { return Ok(()) };
             let best = tried[index].clone();
@@ -52,8 +57,9 @@ impl Searcher<'_> {
             }
             let Some(jobs) = self.shape_jobs(&best)? else { return Ok(()) };
             let target_cost = best.fit.cost - (lack * MIN_GAIN_SHARE).max(MIN_SIGNIFICANT_GAIN_NATS);
-            let all = jobs.len();
-            self.fit_in_stages("backfitting of shapes", jobs, all, tried, |_| target_cost)?;
+            let stages =
+                Stages { what: "backfitting of shapes", most: jobs.len(), compared_with: Some(&best) };
+            self.fit_in_stages(stages, jobs, tried, |_| target_cost)?;
             match tried.iter_mut().find(|t| kinds(&t.added) == of) {
                 Some(now) if now.fit.cost > target_cost => now.is_settled = true,
                 _ => {}
@@ -93,15 +99,17 @@ impl Searcher<'_> {
         let mut jobs = Vec::new();
         for k in 0..best.added.len() {
             let (rest, _) = self.split_off(&best, k);
-            jobs.extend(self.jobs(&rest, &self.offered(&rest), MAX_FURTHER_KINDS)?);
+            jobs.extend(self.jobs(&rest, &self.offered(&rest), MAX_FURTHER_KINDS, 1)?);
         }
         self.try_all("exchange of effects", jobs, MAX_FURTHER_KINDS * best.added.len(), tried)
     }
 
-    /// A model without effect number `k`, with all else as fitted, and the values of that effect.
+    /// A model without effect number `k`, with all else as fitted, and the values of that effect. The cost of this
+    /// model is not evaluated.
     fn split_off(&self, from: &FittedModel, k: usize) -> (FittedModel, Vec<f64>) {
         let mut rest = from.clone();
         rest.added.remove(k);
+        rest.fit.cost = f64::INFINITY;
         let effect = rest.fit.model.effects.remove(self.engine.nominal().effects.len() + k);
         let slots = rest.fit.model.slots();
         rest.fit.values = slots.iter().map(|s| s.value.unwrap_or(0.0)).collect();
@@ -144,7 +152,7 @@ impl Searcher<'_> {
             let offered = self.offered(&rest);
             let simpler: Vec<Kind> =
                 effect.kind.limiting_kind().into_iter().filter(|s| offered.contains(s)).collect();
-            jobs.extend(self.jobs(&rest, &simpler, 1)?);
+            jobs.extend(self.jobs(&rest, &simpler, 1, 1)?);
         }
         self.fit_all("simpler laws", jobs, tried)
     }

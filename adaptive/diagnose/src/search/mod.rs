@@ -7,6 +7,7 @@
 
 mod backfitting;
 mod effects;
+mod fitting;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod nested;
@@ -14,22 +15,22 @@ mod prior;
 mod sets;
 mod start;
 
+use crate::answer::Verdict;
 use crate::candidates::name;
 use crate::engine::Engine;
 use crate::fitted_model::with_kinds;
-use crate::fitted_model::{Effort, FittedModel, Job};
+use crate::fitted_model::{FittedModel, Job};
 use crate::lack_of_fit::LackOfFit;
 use crate::linearisation::Start;
 use crate::locate::Located;
 use crate::screen::{MIN_SCREEN_GAIN_NATS, ScreenOptions};
 use crate::thresholds::MIN_MATERIAL_ERROR_RATIO;
+use crate::verdict::verdict_of;
 use effects::{have_same_effects, kinds, with_refinements};
-use prior::log_prior;
 pub(crate) use prior::probabilities;
-use rayon::prelude::*;
 use start::{job, with_free_parameters};
 use std::collections::BTreeSet;
-use trundle_infer::{Coordinates, InferError, Watch, on_all_cores, transferred_values};
+use trundle_infer::{Coordinates, InferError, Watch, transferred_values};
 use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model};
 
 /// Result of the search: the fitted models, best first.
@@ -39,6 +40,8 @@ pub(crate) struct SearchResult {
     pub before: Option<LackOfFit>,
     /// Where the nominal model disagrees with the recording.
     pub located: Located,
+    /// Whether even the best model leaves more than a named model may. It is then not compared with simpler ones.
+    pub leaves_too_much: bool,
 }
 
 /// Kinds that are always fitted, whatever their promised gain.
@@ -54,16 +57,13 @@ const MAX_PARENT_MODELS: usize = 2;
 /// Most effects that are added. The evidence decides whether an effect is needed; this limit only bounds the
 /// time.
 const MAX_EFFECTS: usize = 4;
+/// Successive effects without a material gain after which a further one is still sought. Effects can mask each
+/// other, so that only two of them together gain what is missing.
+const LOOK_AHEAD: usize = 1;
 /// Starting points for each kind.
 const STARTS_PER_KIND: usize = 2;
 /// Gain of a random-walk wrench above which a further effect is sought, nats per sample.
 const MIN_LACK_OF_FIT_PER_SAMPLE_NATS: f64 = 0.15;
-/// Largest cost above that of the best model, after the ranking fit, at which a model is fitted to its
-/// optimum: in nats, and as a share of the best model's gain. Each model is credited with
-/// `EXTRAPOLATED_STEPS` further steps like its last one.
-const MAX_COST_GAP_NATS: f64 = 30.0;
-const MAX_COST_GAP_SHARE: f64 = 0.1;
-const EXTRAPOLATED_STEPS: f64 = 10.0;
 /// Draws from the prior that start a candidate without a screen, in addition to the prior median.
 const PRIOR_DRAWS: usize = 3;
 
@@ -88,43 +88,63 @@ impl Searcher<'_> {
         let located = self.engine.located(&base, before)?;
         let regions: Vec<_> = located.regions.iter().map(|r| r.polygon.clone()).collect();
         let engine_for_effects = self.engine.for_added_effects(&base, before, self.watch)?;
-        let tried =
-            Searcher { engine: &*engine_for_effects, regions: &regions, ..*self }.with_added_effects(base)?;
-        Ok(SearchResult { tried, before, located })
+        let searcher = Searcher { engine: &*engine_for_effects, regions: &regions, ..*self };
+        let mut tried = searcher.with_added_effects(base.clone())?;
+        let leaves_too_much = !tried[0].added.is_empty()
+            && verdict_of(&*engine_for_effects, before, &base, &tried[0])?.0 == Verdict::Unexplained;
+        if !leaves_too_much {
+            searcher.simplify(&mut tried)?;
+        }
+        Ok(SearchResult { tried, before, located, leaves_too_much })
     }
 
     /// Models with one effect, and with more while the data demand it; best first.
     fn with_added_effects(&self, base: FittedModel) -> Result<Vec<FittedModel>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
-        let jobs = self.jobs(&base, &offered, MAX_FIRST_KINDS)?;
+        let jobs = self.jobs(&base, &offered, MAX_FIRST_KINDS, SCREENED_PER_RANKED_KIND)?;
         self.try_all("single effects", jobs, MAX_FIRST_KINDS, &mut tried)?;
         self.backfit_shapes(&mut tried)?;
         self.simpler(&mut tried)?;
         self.fit_refinements(&mut tried)?;
-        let mut before = base;
-        for _ in 1..MAX_EFFECTS {
+        let (mut before, mut in_vain) = (base.clone(), 0);
+        for size in 1..MAX_EFFECTS {
             let best = tried[0].clone();
-            let size = best.added.len();
-            if size == 0 || size >= MAX_EFFECTS || !self.needs_more_effects(&before, &best)? {
+            if best.added.is_empty()
+                || !self.is_inadequate(&best)?
+                || !self.engine.errs_beyond_noise(&best)?
+            {
                 break;
             }
-            if before.added.is_empty() {
-                self.sets(&before, &mut tried)?;
+            in_vain = if self.is_material_gain(&before, &best)? { 0 } else { in_vain + 1 };
+            if in_vain > LOOK_AHEAD {
+                break;
             }
-            if tried[0].added.len() <= size {
-                self.one_more(size, &mut tried)?;
+            if size == 1 {
+                self.sets(&base, &mut tried)?;
             }
-            self.backfit_shapes(&mut tried)?;
-            self.exchange_effects(&mut tried)?;
-            self.backfit_shapes(&mut tried)?;
-            self.simpler(&mut tried)?;
-            self.drop_each_effect(&mut tried)?;
-            self.fit_refinements(&mut tried)?;
+            self.one_more(size, &mut tried)?;
+            if !have_same_effects(&tried[0].added, &best.added) {
+                self.revise(&mut tried)?;
+            }
             before = best;
         }
-        self.fit_subsets(&mut tried)?;
         Ok(tried)
+    }
+
+    /// Search the shapes of the best model's effects again, exchange the effects for others, and try refined laws.
+    fn revise(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        self.backfit_shapes(tried)?;
+        self.exchange_effects(tried)?;
+        self.backfit_shapes(tried)?;
+        self.fit_refinements(tried)
+    }
+
+    /// Fit the simpler models with which the best one is compared before it is named.
+    fn simplify(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        self.simpler(tried)?;
+        self.drop_each_effect(tried)?;
+        self.fit_subsets(tried)
     }
 
     /// Kinds of effects that may be added to a model.
@@ -142,8 +162,15 @@ impl Searcher<'_> {
         self.without.iter().all(|name| name != kind.spec().effect)
     }
 
-    /// The most promising fits of one more effect, of which at most `most` kinds will be ranked.
-    fn jobs(&self, from: &FittedModel, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
+    /// The most promising fits of one more effect, of which at most `most` kinds will be ranked, and `per_ranked_kind`
+    /// times as many fitted to thinned data.
+    fn jobs(
+        &self,
+        from: &FittedModel,
+        offered: &[Kind],
+        most: usize,
+        per_ranked_kind: usize,
+    ) -> Result<Vec<Job>, InferError> {
         let Some(found) =
             self.engine.starts(from, offered, &self.screen_options(self.regions, most), self.watch)?
         else {
@@ -152,7 +179,7 @@ impl Searcher<'_> {
         let is_promising = |(rank, starts): &(usize, &Vec<Start>)| {
             *rank < ALWAYS_FITTED_KINDS || starts[0].gain > MIN_SCREEN_GAIN_NATS
         };
-        let screened = if self.engine.thinned().is_some() { SCREENED_PER_RANKED_KIND * most } else { most };
+        let screened = if self.engine.thinned().is_some() { per_ranked_kind * most } else { most };
         let kept = found.iter().take(screened).enumerate().filter(is_promising);
         Ok(kept.map(|(_, starts)| job(from, starts)).collect())
     }
@@ -183,102 +210,15 @@ impl Searcher<'_> {
         model
     }
 
-    /// Fit models that were not fitted before, of which at most `most` are ranked. Only those that may still become
-    /// the best are fitted to their optimum.
-    fn try_all(
-        &self,
-        what: &'static str,
-        jobs: Vec<Job>,
-        most: usize,
-        tried: &mut Vec<FittedModel>,
-    ) -> Result<(), InferError> {
-        let is_new = |job: &Job| tried.iter().all(|t| !have_same_effects(&t.added, &job.added));
-        let jobs: Vec<Job> = jobs.into_iter().filter(is_new).collect();
-        let (known, from) = (lowest(tried.iter().map(|t| t.fit.cost)), lowest(jobs.iter().map(|j| j.from)));
-        self.fit_in_stages(what, jobs, most, tried, |ranked| {
-            let best = lowest(ranked.iter().map(|t| t.fit.cost)).min(known);
-            best + MAX_COST_GAP_NATS.max(MAX_COST_GAP_SHARE * (from - best))
-        })
-    }
-
-    /// Fit models in three stages: on thinned data, a few steps on all data for the best `most` of them, and to the
-    /// optimum if the cost may still fall below `bound` of the ranked models.
-    fn fit_in_stages(
-        &self,
-        what: &'static str,
-        jobs: Vec<Job>,
-        most: usize,
-        tried: &mut Vec<FittedModel>,
-        bound: impl Fn(&[FittedModel]) -> f64,
-    ) -> Result<(), InferError> {
-        let Some(thinned) = self.engine.thinned() else { return self.fit_all(what, jobs, tried) };
-        let continued = |t: &FittedModel| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
-        let cheaper = Searcher { engine: &*thinned, ..*self };
-        let given = jobs.clone();
-        let mut screened = cheaper.fitted(what, jobs, Effort::Screening)?;
-        screened.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
-        screened.truncate(most);
-        let mut ranked = vec![];
-        let once = screened.iter().map(continued).collect();
-        insert_models(&mut ranked, self.fitted(what, once, Effort::Ranking)?);
-        // The fit to thinned data may have increased the cost. Such a model is ranked from its first starts too.
-        let with_first_starts = |t: &FittedModel| {
-            let first = given.iter().find(|job| job.added == t.added)?;
-            let is_lower = |r: &FittedModel| r.added == t.added && r.fit.cost < first.from;
-            let warm = [vec![t.fit.values.clone()], first.warm.clone()].concat();
-            (!ranked.iter().any(is_lower)).then(|| Job::from(t, t.added.clone(), warm))
-        };
-        let repeated = screened.iter().filter_map(with_first_starts).collect();
-        insert_models(&mut ranked, self.fitted(what, repeated, Effort::Ranking)?);
-        let bound = bound(&ranked);
-        let is_promising = |t: &FittedModel| t.fit.cost - EXTRAPOLATED_STEPS * t.fit.last_decrease < bound;
-        let (promising, others): (Vec<FittedModel>, Vec<FittedModel>) =
-            ranked.into_iter().partition(is_promising);
-        let optima = self.fitted(what, promising.iter().map(continued).collect(), Effort::Full)?;
-        insert_models(tried, optima.into_iter().chain(others));
-        Ok(())
-    }
-
-    /// Fit models to their optimum, including models that were fitted before.
-    fn fit_all(
-        &self,
-        what: &'static str,
-        jobs: Vec<Job>,
-        tried: &mut Vec<FittedModel>,
-    ) -> Result<(), InferError> {
-        insert_models(tried, self.fitted(what, jobs, Effort::Full)?);
-        Ok(())
-    }
-
-    /// Fit models in parallel. Models that cannot be evaluated at any starting point are left out; this
-    /// happens under noise that was fitted with more effects.
-    fn fitted(
-        &self,
-        what: &'static str,
-        jobs: Vec<Job>,
-        effort: Effort,
-    ) -> Result<Vec<FittedModel>, InferError> {
-        self.watch.progress(what, 0.0);
-        let offered = self.engine.candidates().iter().filter(|kind| self.is_allowed(**kind)).count();
-        let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
-        on_all_cores(self.watch, |watch| {
-            let one = |job: Job| {
-                let prior = log_prior(job.added.len(), offered);
-                let found = self.engine.fit(job, effort, self.seed, watch);
-                let found = found.map(|tried| FittedModel { log_prior: prior, ..tried });
-                let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-                watch.progress(what, done as f64 / count as f64);
-                found
-            };
-            let all: Vec<_> = jobs.into_par_iter().map(one).collect();
-            all.into_iter().filter(|found| !matches!(found, Err(InferError::NoStart { .. }))).collect()
-        })
-    }
-
-    /// Add one more effect to the best models with `size` effects.
+    /// Add one more effect to the best models with `size` effects, once their shapes were searched again.
     fn one_more(&self, size: usize, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let mut parents: Vec<FittedModel> =
-            tried.iter().filter(|t| t.added.len() == size).take(MAX_PARENT_MODELS).cloned().collect();
+        let best = |tried: &[FittedModel]| -> Vec<FittedModel> {
+            tried.iter().filter(|t| t.added.len() == size).take(MAX_PARENT_MODELS).cloned().collect()
+        };
+        for parent in best(tried) {
+            self.backfit_shapes_of(&kinds(&parent.added), tried)?;
+        }
+        let mut parents = best(tried);
         let simpler = |t: &FittedModel| {
             with_kinds(tried, t.added.iter().map(|e| e.kind.limiting_kind().unwrap_or(e.kind)).collect())
         };
@@ -291,7 +231,12 @@ impl Searcher<'_> {
         parents.extend(with_simpler);
         let mut jobs = Vec::new();
         for first in &parents {
-            jobs.extend(self.jobs(first, &self.offered(first), MAX_FURTHER_KINDS)?);
+            jobs.extend(self.jobs(
+                first,
+                &self.offered(first),
+                MAX_FURTHER_KINDS,
+                SCREENED_PER_RANKED_KIND,
+            )?);
         }
         let mut seen = BTreeSet::new();
         jobs.retain(|job| seen.insert(kinds(&job.added)));
@@ -309,16 +254,13 @@ impl Searcher<'_> {
             || self.engine.predictive_check(tried)?.is_material())
     }
 
-    /// Whether to seek one more effect after `best` replaced the smaller model `before`.
+    /// Whether the effects of `best` improve on the smaller model `before` so much that a further effect is likely.
     ///
-    /// The new model must be inadequate, and its errors must exceed the instruments' noise; otherwise any
-    /// further effect would be immaterial. Its last effect must have gained its [`fair_share`] of the
-    /// previous lack of fit. If the remaining lack of fit is not significant, the last effect must have
-    /// improved the predictions by a material share.
-    fn needs_more_effects(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
-        let is_inadequate = self.is_inadequate(best)? && self.engine.errs_beyond_noise(best)?;
-        if !is_inadequate || before.added.is_empty() {
-            return Ok(is_inadequate);
+    /// The last effect must have gained its [`fair_share`] of the previous lack of fit. If the remaining lack of fit
+    /// is not significant, it must have improved the predictions by a material share.
+    fn is_material_gain(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
+        if before.added.is_empty() {
+            return Ok(true);
         }
         let [previous, current] = [before, best].map(|tried| self.engine.lack_of_fit(tried));
         let (Some(previous), Some(current)) = (previous?, current?) else { return Ok(true) };
@@ -330,31 +272,12 @@ impl Searcher<'_> {
     }
 }
 
-/// Share of a model's lack of fit that the next effect must gain for a further one to be sought, where
+/// Share of a model's lack of fit that the next effect must gain for a further one to be likely, where
 /// `effects` is the number of effects in the model. If the effects that may still be added explain
 /// everything, the largest explains at least an equal share. An effect that gains less only compensates for
-/// physics outside the catalogue.
+/// physics outside the catalogue, unless two effects gain more together than the sum of what each gains alone.
 fn fair_share(effects: usize) -> f64 {
     1.0 / MAX_EFFECTS.saturating_sub(effects).max(1) as f64
-}
-
-/// The lowest of some costs.
-fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
-    costs.fold(f64::INFINITY, f64::min)
-}
-
-/// Insert models into the tried ones, sorted by weight. Of models with the same effects only the best is
-/// kept.
-fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel>) {
-    tried.extend(more);
-    tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
-    let mut kept: Vec<FittedModel> = Vec::with_capacity(tried.len());
-    for one in tried.drain(..) {
-        if kept.iter().all(|k| !have_same_effects(&k.added, &one.added)) {
-            kept.push(one);
-        }
-    }
-    *tried = kept;
 }
 
 #[cfg(test)]
@@ -365,7 +288,7 @@ mod tests {
     use crate::engine::own::Own;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
-    use trundle_model::Kind;
+    use trundle_model::{Kind, State};
 
     #[test]
     fn more_kinds_are_fitted_to_thinned_data_than_ranked() {
@@ -374,7 +297,7 @@ mod tests {
         let engine = Own::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         let searcher = Searcher { engine: &engine, without: &[], regions: &[], seed: 0, watch: &Quiet };
-        let jobs = searcher.jobs(&base, &searcher.offered(&base), 4).unwrap();
+        let jobs = searcher.jobs(&base, &searcher.offered(&base), 4, 2).unwrap();
         assert_eq!(jobs.len(), 8);
         let mut tried = vec![base];
         searcher.try_all("single effects", jobs, 4, &mut tried).unwrap();
@@ -391,5 +314,25 @@ mod tests {
             remaining *= 1.0 - share;
         }
         assert!(remaining.abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_model_that_leaves_too_much_is_not_simplified() {
+        let force = |state: &State<f64>| {
+            let beat = (9.0 * state.pose[0]).sin() * (7.0 * state.pose[1]).cos();
+            [12.0 * beat, 0.0, 5.0 * beat]
+        };
+        let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
+        let search = |world: &World| {
+            let data = world.recording(5);
+            let engine = Own::new(&data, None).unwrap();
+            let searcher = Searcher { engine: &engine, without: &[], regions: &[], seed: 0, watch: &Quiet };
+            searcher.run().unwrap()
+        };
+        let unknown = search(&World { out_of_catalogue: force, ..World::of(locked()) });
+        assert!(!unknown.tried[0].added.is_empty() && unknown.leaves_too_much);
+        let known = search(&World::of(locked().with(slope)));
+        assert_eq!(kinds(&known.tried[0].added), [Kind::FloorSlope]);
+        assert!(!known.leaves_too_much);
     }
 }

@@ -17,7 +17,7 @@ const MAX_COST_RISE_PER_PARAMETER_NATS: f64 = 3.4;
 /// Rise of the cost when a kind is added, nats, and its number of free parameters; `None` if the search does
 /// not fit it.
 fn cost_rise(searcher: &Searcher<'_>, base: &FittedModel, kind: Kind) -> Option<(f64, usize)> {
-    let jobs = searcher.jobs(base, &[kind], 1).unwrap();
+    let jobs = searcher.jobs(base, &[kind], 1, 1).unwrap();
     let tried = searcher.fitted("one", jobs, Effort::Full).unwrap();
     let one = tried.into_iter().next()?;
     let own = one.fit.estimates.len().saturating_sub(base.fit.estimates.len());
