@@ -6,7 +6,8 @@ import re
 from pathlib import Path
 
 SOURCE = Path(__file__).parents[1] / "adaptive/diagnose/src"
-CONSTANT = re.compile(r"^\s*(?:pub\(crate\) )?const ([A-Z_]+): f64 = ([^;]+);", re.MULTILINE)
+NUMBER = r"(?:f64|usize|u32|u64|\[f64; \d+\])"
+CONSTANT = re.compile(rf"^\s*(?:pub(?:\([a-z]+\))? )?const ([A-Z_]+): {NUMBER} = ([^;]+);", re.MULTILINE)
 
 
 def main() -> None:
