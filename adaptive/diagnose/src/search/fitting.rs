@@ -13,6 +13,7 @@ use trundle_infer::{InferError, on_all_cores};
 const MAX_COST_GAP_NATS: f64 = 30.0;
 const MAX_COST_GAP_SHARE: f64 = 0.1;
 const EXTRAPOLATED_STEPS: f64 = 10.0;
+
 /// Stages of fits: their name for the progress, the number of models that are ranked, and a model on which they must
 /// improve on thinned data to be ranked.
 pub(super) struct Stages<'a> {

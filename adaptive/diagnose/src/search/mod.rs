@@ -140,10 +140,17 @@ impl Searcher<'_> {
         self.fit_refinements(tried)
     }
 
-    /// Fit the simpler models with which the best one is compared before it is named.
+    /// Fit the simpler models with which the best one of several effects is compared before it is named.
     fn simplify(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let best = tried[0].added.clone();
+        if best.len() < 2 {
+            return Ok(());
+        }
         self.simpler(tried)?;
         self.drop_each_effect(tried)?;
+        if !have_same_effects(&tried[0].added, &best) {
+            self.fit_refinements(tried)?;
+        }
         self.fit_subsets(tried)
     }
 
