@@ -127,12 +127,12 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let mut found = searcher.run()?;
     watch.progress("left-out episodes", 0.0);
     let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);
-    let Selection { mut best, mut chances, rejected, immaterial, mut reasons } =
+    let Selection { mut best, mut chances, mut rejected, immaterial, mut reasons } =
         Selector { engine, found: &found, base, watch }.select()?;
     let (mut verdict, mut lack) = verdict_of(engine, found.before, &found.tried[base], &found.tried[best])?;
     if verdict == Verdict::Unexplained {
         reasons.entry(best).or_insert(LARGE_RESIDUAL);
-        (best, chances, lack) = (base, vec![], found.before);
+        (best, rejected, chances, lack) = (base, base, vec![], found.before);
     }
     let given = engine.given(watch)?;
     let fitted = &found.tried[base].fit;

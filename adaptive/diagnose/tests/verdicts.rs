@@ -143,6 +143,9 @@ fn an_effect_outside_the_catalogue_is_located_but_not_named() {
     assert_eq!(answer["verdict"], "unexplained", "{answer:#}");
     assert!(names(&answer).is_empty());
     assert!(!answer["mismatch"]["windows"].as_array().unwrap().is_empty());
+    // The tested models are listed, and none of them is probable.
+    let alternatives = answer["alternatives"].as_array().unwrap();
+    assert!(!alternatives.is_empty() && alternatives.iter().all(|other| other["probability"] == 0.0));
 }
 
 /// A force normal to the velocity, as on a charge in a magnetic field. No law of the catalogue describes it.
