@@ -144,7 +144,8 @@ impl BodyTable {
             table.com = Some(body.com);
         }
         if uniform.is_some_and(|uniform| uniform.gyration != body.gyration) {
-            table.inertia = Some(mass.unwrap_or(DEFAULT_MASS_KG) * body.gyration * body.gyration);
+            // An inertia without a mass would be refused.
+            table.inertia = mass.map(|mass| mass * body.gyration * body.gyration);
         }
         table
     }
@@ -167,6 +168,12 @@ impl BodyTable {
             if !(inertia.is_finite() && inertia > 0.0) {
                 return Err(ModelError::Format(format!(
                     "body.inertia = {inertia}: must be positive (kg·m²)"
+                )));
+            }
+            if self.mass.is_none() {
+                return Err(ModelError::Format(format!(
+                    "body.inertia = {inertia} without body.mass: only the radius of gyration is constant while the mass \
+                     is fitted; state the mass, or describe the shape by fixtures with densities"
                 )));
             }
             body.gyration = (inertia / mass).sqrt();
@@ -291,16 +298,18 @@ covariance = [[0.04]]
 
     #[test]
     fn mass_centre_and_inertia_round_trip() {
-        for mass in ["", "mass = 8.0"] {
-            let text = format!(
-                "format = \"{FORMAT}\"\n[body]\n{mass}\ncom = [0.25, -0.5]\ninertia = 3.5\n\
-                 footprint = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]\n"
-            );
-            let (model, _) = Model::from_toml(&text).unwrap();
-            let (reread, _) = Model::from_toml(&model.to_toml(None).unwrap()).unwrap();
-            assert_eq!(reread.body.com, [0.25, -0.5]);
-            assert!((reread.body.inertia() - 3.5).abs() < 1e-14);
-        }
+        let text = format!(
+            "format = \"{FORMAT}\"\n[body]\nmass = 8.0\ncom = [0.25, -0.5]\ninertia = 3.5\n\
+             footprint = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]\n"
+        );
+        let (model, _) = Model::from_toml(&text).unwrap();
+        let (reread, _) = Model::from_toml(&model.to_toml(None).unwrap()).unwrap();
+        assert_eq!(reread.body.com, [0.25, -0.5]);
+        assert!((reread.body.inertia() - 3.5).abs() < 1e-14);
+        let error = Model::from_toml(&text.replace("mass = 8.0", "")).unwrap_err().to_string();
+        assert!(error.contains("body.inertia = 3.5 without body.mass"), "{error}");
+        let free = Model { mass: None, ..model };
+        assert!(Model::from_toml(&free.to_toml(None).unwrap()).is_ok());
     }
 
     #[test]
