@@ -54,7 +54,8 @@ pub(crate) fn warnings(
             found.extend(unlike_training(&episode.name, "prediction error", size, largest, cause));
         }
     }
-    if named && !data.held_out.is_empty() {
+    // A learnt wrench or refitted values may predict worse as well.
+    if !std::ptr::eq(before, after) && !data.held_out.is_empty() {
         let [old, new] =
             [engine.score(before, after, &data.held_out)?, engine.score(after, before, &data.held_out)?];
         let metrics = [
@@ -190,6 +191,18 @@ mod tests {
         let engine = Own::new(&data, None).unwrap();
         let found = warnings(&engine, &own, &own, false).unwrap();
         assert!(found[0].contains(&data.held_out[0].name) && found[0].contains("unlike"), "{found:?}");
+    }
+
+    #[test]
+    fn a_model_without_names_that_predicts_worse_is_reported() {
+        let data = World::of(locked()).recording(1);
+        let engine = Own::new(&data, None).unwrap();
+        let before = engine.base(0, &Quiet).unwrap();
+        let mut after = before.clone();
+        after.fit.values[0] *= 2.0;
+        after.fit.model = after.fit.model.with_values(&after.fit.values).unwrap();
+        let found = warnings(&engine, &before, &after, false).unwrap();
+        assert!(found.iter().any(|warning| warning.contains("became worse")), "{found:?}");
     }
 
     #[test]
