@@ -34,6 +34,7 @@ mod predictions;
 mod predictive_check;
 mod proposals;
 mod pushing_time;
+mod ridge_candidates;
 mod run;
 mod screen;
 mod search;

@@ -6,6 +6,7 @@
 
 use crate::contact_candidates::ContactCandidate;
 use crate::periods::Line;
+use crate::ridge_candidates::RidgeCandidate;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::Coordinates;
@@ -19,6 +20,8 @@ pub(crate) struct Hints<'a> {
     pub contacts: &'a [ContactCandidate],
     /// Parts of the floor that seem to add friction: convex polygons, world, m.
     pub regions: &'a [Vec<[f64; 2]>],
+    /// Lines across the floor at which a force is missing.
+    pub ridges: &'a [RidgeCandidate],
     /// Periods in position of the missing force.
     pub lines: &'a [Line],
 }
@@ -84,10 +87,14 @@ pub(crate) fn proposals(
         Proposal::ReadingRange => vec![saturation(neutral.clone(), episodes)],
         Proposal::EventTime => event_times(episodes).map(|moment| event(&neutral, moment)).collect(),
         Proposal::Region => hints.regions.iter().filter_map(|region| patch(&neutral, region)).collect(),
+        Proposal::Ridge => hints.ridges.iter().map(|ridge| line(&neutral, ridge)).collect(),
         Proposal::Period => hints.lines.iter().flat_map(|line| ripples(&neutral, line)).collect(),
         Proposal::Random => vec![],
     };
-    if matches!(source, Proposal::ContactCandidate | Proposal::ReadingRange | Proposal::EventTime) {
+    if matches!(
+        source,
+        Proposal::ContactCandidate | Proposal::Ridge | Proposal::ReadingRange | Proposal::EventTime
+    ) {
         return derived;
     }
     let shape = shape(model, kind);
@@ -113,6 +120,11 @@ fn ripples(neutral: &Effect, line: &Line) -> Vec<Effect> {
     let ripple = neutral.clone().with("period", Some(line.period)).with("angle", Some(line.angle));
     let phase = |k: usize| std::f64::consts::TAU * k as f64 / PHASES as f64;
     (0..PHASES).map(|k| ripple.clone().with("phase", Some(phase(k)))).collect()
+}
+
+/// A ridge along a line across the floor.
+fn line(neutral: &Effect, ridge: &RidgeCandidate) -> Effect {
+    neutral.clone().with("angle", Some(ridge.angle)).with("offset", Some(ridge.offset))
 }
 
 /// The smallest patch that covers a region of the floor and lies along one of its edges.
@@ -259,7 +271,10 @@ fn visited_point(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f
 
 /// Whether any of the kinds is proposed from the missing wrench along the episodes.
 pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
-    kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::ContactCandidate | Proposal::Period))
+    let is_from_wrench = |kind: &Kind| {
+        matches!(kind.proposal(), Proposal::ContactCandidate | Proposal::Ridge | Proposal::Period)
+    };
+    kinds.iter().any(is_from_wrench)
 }
 
 #[cfg(test)]

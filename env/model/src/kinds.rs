@@ -13,6 +13,8 @@ pub enum Proposal {
     ContactCandidate,
     /// Floor regions with a residual drag, in addition to random draws.
     Region,
+    /// Lines across the floor at which a force is missing.
+    Ridge,
     /// Spatial periods of the residual force, in addition to random draws.
     Period,
     /// Range of the readings.
@@ -27,6 +29,7 @@ impl Kind {
         match self {
             Self::ObstacleContact => Proposal::ContactCandidate,
             Self::FloorPatch => Proposal::Region,
+            Self::Doorsill => Proposal::Ridge,
             Self::Cogging => Proposal::Period,
             Self::Saturation => Proposal::ReadingRange,
             _ if self.spec().params.iter().any(|p| p.role == Role::Time) => Proposal::EventTime,

@@ -17,6 +17,7 @@ use crate::parameter::Parameter;
 use crate::periods::in_position;
 use crate::predictive_check::PredictiveCheck;
 use crate::proposals::Hints;
+use crate::ridge_candidates::ridge_candidates;
 use crate::screen::{Screen, ScreenOptions};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Likelihood, Residual, Score, Watch, on_all_cores};
@@ -83,7 +84,9 @@ pub(crate) trait Engine: Sync {
             let screens = self.inspect(from, kinds, &mut |view, courses| {
                 let contacts = contact_candidates(courses, &from.fit.model.body);
                 let lines = in_position(courses, self.nominal().on_rail());
-                let hints = Hints { contacts: &contacts, regions: options.regions, lines: &lines };
+                let ridges = ridge_candidates(courses, &from.fit.model.body);
+                let hints =
+                    Hints { contacts: &contacts, regions: options.regions, ridges: &ridges, lines: &lines };
                 let screen = Screen { view, episodes: &self.data().training, hints: &hints, options };
                 found = screen.of(&from.fit, kinds, watch)?;
                 Ok(())
