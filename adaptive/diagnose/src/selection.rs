@@ -9,8 +9,9 @@ use crate::fitted_model::FittedModel;
 use crate::fitted_model::with_kinds;
 use crate::search::SearchResult;
 use crate::thresholds::{MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO};
+use nalgebra::DMatrix;
 use std::collections::BTreeMap;
-use trundle_infer::{InferError, Watch, unscored_time};
+use trundle_infer::{Fit, IDENTIFIED_SD, InferError, Watch, unscored_time};
 use trundle_model::{Kind, Param};
 
 /// Most models whose effects are checked on left-out episodes.
@@ -229,19 +230,34 @@ impl Selector<'_> {
 }
 
 /// Whether the data identify the parameters that define an effect: every essential parameter except for
-/// places and directions, and at least one of the alternatives of which any defines it. For example, a
-/// swinging load with an unknown frequency is equivalent to an offset mass.
+/// places and directions, and at least one of the alternatives of which any defines it, or a combination of these. For
+/// example, a swinging load with an unknown frequency is equivalent to an offset mass. The offsets of a tracked frame
+/// may each be uncertain only because the place of the wheel is.
 fn is_defined(candidate: &FittedModel, k: usize) -> bool {
     let names = candidate.fit.model.effect_names();
     let name = &names[names.len() - candidate.added.len() + k];
     let spec = candidate.added[k].kind.spec();
-    let identified = |p: &Param| candidate.fit.estimate(&format!("{name}.{}", p.name)).map(|e| e.identified);
+    let full_name = |p: &Param| format!("{name}.{}", p.name);
+    let identified = |p: &Param| candidate.fit.estimate(&full_name(p)).map(|e| e.identified);
     let essential = |p: &&Param| {
         p.refinement.is_none() && !p.role.is_choice() && !p.scales_face_pressure && !p.role.is_place()
     };
     let of = |any: bool| spec.params.iter().filter(essential).filter(move |p| p.is_alternative == any);
     let any: Vec<bool> = of(true).filter_map(identified).collect();
-    of(false).filter_map(identified).all(|known| known) && (any.is_empty() || any.contains(&true))
+    let alternatives: Vec<String> = of(true).map(full_name).collect();
+    of(false).filter_map(identified).all(|known| known)
+        && (any.is_empty() || any.contains(&true) || determines_a_combination(&candidate.fit, &alternatives))
+}
+
+/// Whether the posterior determines a combination of several parameters.
+fn determines_a_combination(fit: &Fit, parameters: &[String]) -> bool {
+    let at = |name: &String| fit.slots.iter().position(|slot| slot.name == *name);
+    let places: Vec<usize> = parameters.iter().filter_map(at).collect();
+    if places.len() < 2 {
+        return false;
+    }
+    let covariance = DMatrix::from_fn(places.len(), places.len(), |i, j| fit.spread[(places[i], places[j])]);
+    covariance.symmetric_eigenvalues().min() < IDENTIFIED_SD * IDENTIFIED_SD
 }
 
 #[cfg(test)]
@@ -303,8 +319,13 @@ mod tests {
         let model = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal };
         let options = FitOptions { starts: 1, ..FitOptions::default() };
         let mut fitted = fit(&Comparison::of(&data).unwrap(), &model, &[], &options, &Quiet).unwrap();
-        for estimate in &mut fitted.estimates {
+        for (index, estimate) in fitted.estimates.iter_mut().enumerate() {
             estimate.identified = known.iter().any(|key| estimate.name.ends_with(&format!(".{key}")));
+            if !estimate.identified {
+                fitted.spread.row_mut(index).fill(0.0);
+                fitted.spread.column_mut(index).fill(0.0);
+                fitted.spread[(index, index)] = 1.0;
+            }
         }
         FittedModel::new(added, fitted, None)
     }
@@ -319,6 +340,16 @@ mod tests {
     fn the_gain_of_one_axis_defines_a_scale_error() {
         assert!(is_defined(&fit_with_identified(Kind::ForceScale, &["gain_y"]), 0));
         assert!(!is_defined(&fit_with_identified(Kind::ForceScale, &[]), 0));
+    }
+
+    #[test]
+    fn a_combination_of_gains_defines_a_scale_error() {
+        let mut tried = fit_with_identified(Kind::ForceScale, &[]);
+        let at = |key: &str| tried.fit.slots.iter().position(|slot| slot.name.ends_with(key)).unwrap();
+        let [x, y] = [at("gain_y"), at("gain_torque")];
+        tried.fit.spread[(x, y)] = 0.999;
+        tried.fit.spread[(y, x)] = 0.999;
+        assert!(is_defined(&tried, 0));
     }
 
     #[test]

@@ -242,16 +242,18 @@ impl Coordinates {
         }
     }
 
-    /// Whether a posterior standard deviation of `sd` in `z` counts as identified: less than 0.3 of the
-    /// prior, for a log-normal parameter also within a factor of e^½, and for an angle less than 0.3 rad.
+    /// Whether a posterior standard deviation of `sd` in `z` counts as identified: less than [`IDENTIFIED_SD`] of the
+    /// prior or rad, for a log-normal parameter also within a factor of e^½.
     pub fn identified(&self, k: usize, sd: f64) -> bool {
         match self.slot(k).prior {
-            Prior::Angle(_) => sd < 0.3,
-            Prior::LogNormal { sd: spread, .. } => sd < 0.3 && sd * spread < 0.5,
-            _ => sd < 0.3,
+            Prior::LogNormal { sd: spread, .. } => sd < IDENTIFIED_SD && sd * spread < 0.5,
+            _ => sd < IDENTIFIED_SD,
         }
     }
 }
+
+/// Largest posterior standard deviation of an identified parameter, as a share of the prior's or in rad.
+pub const IDENTIFIED_SD: f64 = 0.3;
 
 /// Limits a coordinate to the searched range.
 pub(crate) fn clamp_to_prior(z: f64, slot: &Slot) -> f64 {

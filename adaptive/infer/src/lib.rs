@@ -56,7 +56,7 @@ pub use baseline::{
 };
 pub use body_regression::{BodyRegression, StepNoise};
 pub use comparison::{Comparison, MAX_QUASI_STATIC_SHARE, is_quasi_static};
-pub use coordinates::{Coordinates, PriorConflict};
+pub use coordinates::{Coordinates, IDENTIFIED_SD, PriorConflict};
 pub use error::InferError;
 pub use error_metrics::{ErrorMetrics, Score};
 pub use filter::{Innovation, Residual, Response};
