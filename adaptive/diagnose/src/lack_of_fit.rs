@@ -52,7 +52,7 @@ pub(crate) fn best_random_walk(
         let gain = without_walk - cost(channels)?;
         if gain > best.gain {
             best = LackOfFit { gain, channels, ..best };
-        } else if gain < best.gain - 50.0 {
+        } else if best.gain > 0.0 && gain < best.gain - 50.0 {
             break;
         }
     }
@@ -72,11 +72,33 @@ impl LackOfFit {
 }
 
 /// Half of the χ² of the whitened innovations in excess of one per direction, nats.
-fn chi_squared_excess(motion: &MotionLikelihood, fit: &Fit) -> Result<f64, InferError> {
+pub(crate) fn chi_squared_excess(motion: &MotionLikelihood, fit: &Fit) -> Result<f64, InferError> {
     let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(0.0) };
     let beyond = |i: &Innovation| {
         let directions = (0..3).filter(|&k| i.whitener[(k, k)] > 0.0).count();
         0.5 * ((i.whitener * i.error).norm_squared() - directions as f64)
     };
     Ok(all.iter().flatten().map(beyond).sum::<f64>().max(0.0))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::{WALK_SIZES, best_random_walk};
+    use trundle_infer::{Channels, InferError};
+
+    #[test]
+    fn a_small_walk_that_makes_a_poor_fit_worse_does_not_end_the_search() {
+        let channels = Channels { pose: [1e-3; 3], reading: [0.1; 3], wander: [0.0; 3] };
+        let cost = |channels: Channels| -> Result<f64, InferError> {
+            Ok(match channels.wander[0] {
+                0.0 => 4e6,
+                size if size < 0.02 => 4.1e6,
+                size => 1e4 / size,
+            })
+        };
+        let lack = best_random_walk(channels, 0.5, 0.0, cost).unwrap();
+        let largest = WALK_SIZES[WALK_SIZES.len() - 1];
+        assert!((lack.gain - (4e6 - 1e4 / largest)).abs() < 1.0, "{lack:?}");
+    }
 }
