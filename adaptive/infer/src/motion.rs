@@ -8,7 +8,7 @@ use crate::{Channels, InferError, Track, sensitivity};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::sync::Arc;
-use trundle_model::Model;
+use trundle_model::{Model, transport};
 use trundle_record::{Noise, Prepared};
 
 /// Likelihood of the poses given the recorded wrench. The noise of the wrench drives the motion, and the tare
@@ -23,6 +23,10 @@ pub struct MotionLikelihood {
     channels: Channels,
     /// Factor on the pose noise, in addition to that in `channels`.
     pose_noise_factor: f64,
+    /// Least random walk of a missing wrench: N/√s, N/√s, N·m/√s.
+    wander: [f64; 3],
+    /// Random walk that changes by the recorded wrench (root mean square) over an episode.
+    recorded_wander: [f64; 3],
     stated: bool,
 }
 
@@ -43,6 +47,20 @@ fn subset(tracks: &[Track]) -> impl Iterator<Item = &Track> {
     tracks.iter().step_by(every)
 }
 
+/// Random walk that changes by the recorded wrench (root mean square) over an episode of mean duration.
+fn recorded_wander(episodes: &[Prepared]) -> [f64; 3] {
+    let readings = || episodes.iter().flat_map(|e| e.wrench.iter().filter(|w| w.t >= e.contact));
+    let mut sum = [0.0; 3];
+    for sample in readings() {
+        let [x, y, torque] = transport(sample.reading, sample.frame);
+        sum = [sum[0] + 0.5 * (x * x + y * y), sum[1] + 0.5 * (x * x + y * y), sum[2] + torque * torque];
+    }
+    let count = readings().count().max(1) as f64;
+    let pushed = episodes.iter().filter_map(|e| Some(e.pose.last()?.t - e.contact).filter(|&t| t > 0.0));
+    let duration = pushed.clone().sum::<f64>() / pushed.count().max(1) as f64;
+    sum.map(|sum| if duration > 0.0 { (sum / count / duration).sqrt() } else { 0.0 })
+}
+
 impl MotionLikelihood {
     /// Likelihood of the given episodes.
     ///
@@ -51,6 +69,7 @@ impl MotionLikelihood {
     pub fn new(episodes: &[Prepared], noise: &Noise) -> Result<Self, InferError> {
         let fine = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<Vec<_>, _>>()?;
         let thinned = episodes.iter().map(|e| Track::coarse(e, noise)).collect::<Result<Vec<_>, _>>()?;
+        let recorded_wander = recorded_wander(episodes);
         let of = |tracks: Vec<Track>, pose_noise_factor, coarse: Option<Self>| Self {
             resting: RestingReadings::default(),
             tracks: tracks.into(),
@@ -58,6 +77,8 @@ impl MotionLikelihood {
             coarse: coarse.map(Arc::new),
             channels: Channels::of(noise).scaled(pose_noise_factor, 1.0),
             pose_noise_factor,
+            wander: [0.0; 3],
+            recorded_wander,
             stated: noise.stated,
         };
         let distant = of(
@@ -68,6 +89,15 @@ impl MotionLikelihood {
         let coarse = of(subset(&thinned).cloned().collect(), 1.0, Some(distant));
         let resting = RestingReadings::new(episodes, noise);
         Ok(Self { thinned: thinned.into(), resting, ..of(fine, 1.0, Some(coarse)) })
+    }
+
+    /// The same likelihood beside a missing wrench, a random walk that changes by `share` of the recorded wrench over an
+    /// episode. Without it the density has many local optima far from the best one, because errors of the simulated
+    /// velocity persist.
+    #[must_use]
+    pub fn softened(&self, share: f64) -> Self {
+        let wander = self.recorded_wander.map(|size| share * size);
+        Self { wander, ..self.clone() }.with_channels(self.channels)
     }
 
     /// The same likelihood in steps three times as long, where available, for ranking candidates.
@@ -81,7 +111,9 @@ impl MotionLikelihood {
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
         let coarse = self.coarse.as_ref().map(|c| Arc::new(c.with_channels(channels)));
-        Self { channels: channels.scaled(self.pose_noise_factor, 1.0), coarse, ..self.clone() }
+        let wander = [0, 1, 2].map(|k| channels.wander[k].max(self.wander[k]));
+        let channels = Channels { wander, ..channels.scaled(self.pose_noise_factor, 1.0) };
+        Self { channels, coarse, ..self.clone() }
     }
 
     /// The same likelihood over a subset of the episodes.

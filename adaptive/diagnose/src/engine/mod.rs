@@ -59,6 +59,13 @@ pub(crate) trait Engine: Sync {
     /// A cheaper engine for screening fits; `None` if there is none.
     fn thinned<'a>(&'a self) -> Option<Box<dyn Engine + 'a>>;
 
+    /// The engine beside a missing wrench that is so large that the model's misfit is moderate; `None` if the misfit is
+    /// moderate without it, or if there is no such engine.
+    fn softened<'a>(&'a self, tried: &FittedModel) -> Result<Option<Box<dyn Engine + 'a>>, InferError> {
+        let _ = tried;
+        Ok(None)
+    }
+
     /// Call `at` with a linearised model, and with the missing wrench if any of `kinds` is proposed from it.
     /// `at` is not called for a model that cannot be evaluated. Returns `false` if kinds cannot be screened.
     fn inspect(&self, from: &FittedModel, kinds: &[Kind], at: &mut Inspector<'_>)

@@ -7,7 +7,7 @@ use crate::candidates::candidates;
 use crate::design::{Certificate, CompetingModel, Experiment, Limits, Setup, certificate, experiment};
 use crate::discrepancy::fit_discrepancy;
 use crate::fitted_model::{Effort, FittedModel, Job, MAX_REFIT_STEPS};
-use crate::lack_of_fit::{LackOfFit, lack_of_fit, motion_lack_of_fit};
+use crate::lack_of_fit::{LackOfFit, chi_squared_excess, lack_of_fit, motion_lack_of_fit};
 use crate::locate::{Located, locate, misfit_shares};
 use crate::missing_wrenches::{MissingWrenches, Wrench};
 use crate::nominal::{as_given, given_values, parameters, under_test};
@@ -15,6 +15,7 @@ use crate::parameter::Parameter;
 use crate::predictive_check::{PredictiveCheck, predictive_check};
 use crate::proposals::needs_courses;
 use crate::series::wrenches;
+use crate::thresholds::MAX_MISFIT_PER_SAMPLE_NATS;
 use crate::units;
 use std::collections::BTreeMap;
 use trundle_infer::{
@@ -23,6 +24,9 @@ use trundle_infer::{
 };
 use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
+
+/// Most halvings of the missing wrench of a softened comparison.
+const MAX_HALVINGS: i32 = 10;
 
 /// Trundle's plant, compared by its motion or by the wrench that it needs.
 #[derive(Clone)]
@@ -115,6 +119,24 @@ impl Engine for Own<'_> {
 
     fn thinned<'b>(&'b self) -> Option<Box<dyn Engine + 'b>> {
         self.simulated().then(|| -> Box<dyn Engine + 'b> { Box::new(self.with(self.comparison.thinned())) })
+    }
+
+    fn softened<'b>(&'b self, tried: &FittedModel) -> Result<Option<Box<dyn Engine + 'b>>, InferError> {
+        let Comparison::Motion(motion) = self.under(tried) else { return Ok(None) };
+        let most = MAX_MISFIT_PER_SAMPLE_NATS * self.observations() as f64;
+        let is_moderate =
+            |motion: &MotionLikelihood| Ok::<_, InferError>(chi_squared_excess(motion, &tried.fit)? <= most);
+        if is_moderate(&motion)? {
+            return Ok(None);
+        }
+        let mut softened = motion.clone();
+        for halvings in (0..=MAX_HALVINGS).rev() {
+            softened = motion.softened(0.5f64.powi(halvings));
+            if is_moderate(&softened)? {
+                break;
+            }
+        }
+        Ok(Some(Box::new(self.with(Comparison::Motion(softened)))))
     }
 
     fn inspect(
@@ -318,4 +340,34 @@ impl Engine for Own<'_> {
 fn courses(motion: &MotionLikelihood, from: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
     let with_walk = motion.with_channels(motion_lack_of_fit(motion, &from.fit)?.channels);
     Ok(with_walk.residuals(&from.fit.model, &from.fit.values)?.unwrap_or_default())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::Own;
+    use crate::engine::Engine;
+    use crate::lack_of_fit::chi_squared_excess;
+    use crate::thresholds::MAX_MISFIT_PER_SAMPLE_NATS;
+    use trundle_fixtures::{World, effect, locked};
+    use trundle_infer::{Comparison, Quiet};
+    use trundle_model::{Kind, Model};
+
+    #[test]
+    fn beside_a_missing_wrench_the_misfit_is_moderate() {
+        let softened = |truth: Model| {
+            let data = World::of(truth).recording(1);
+            let engine = Own::new(&data, None).unwrap();
+            let base = engine.base(0, &Quiet).unwrap();
+            let softened = engine.softened(&base).unwrap()?;
+            let channels = softened.likelihood(&base).unwrap().channels();
+            let Comparison::Motion(motion) = Comparison::of(&data).unwrap() else { return None };
+            let excess = chi_squared_excess(&motion.with_channels(channels), &base.fit).unwrap();
+            Some((excess / engine.observations() as f64, channels.wander))
+        };
+        assert!(softened(locked()).is_none());
+        let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 15.0)]);
+        let (excess, wander) = softened(locked().with(dry)).unwrap();
+        assert!(excess <= MAX_MISFIT_PER_SAMPLE_NATS, "{excess} beside {wander:?}");
+    }
 }

@@ -157,7 +157,14 @@ mod tests {
         let data = World::of(locked().with(slope)).recording(3);
         let engine = Own::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
-        let searcher = Searcher { engine: &engine, without: &[], regions: &[], seed: 0, watch: &Quiet };
+        let searcher = Searcher {
+            engine: &engine,
+            without: &[],
+            regions: &[],
+            is_softened: false,
+            seed: 0,
+            watch: &Quiet,
+        };
         let jobs = |kind| searcher.jobs(&base, &[kind], 1, 1).unwrap();
         let mut tried = vec![base.clone()];
         searcher.try_all("one effect", jobs(Kind::FloorSlope), 1, &mut tried).unwrap();
