@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import _JointOutcome
+from trundle.held_samples import TIME_TOLERANCE
 from trundle.joint_diagnosis.signals import JointSignals
 
 __all__ = ["FittedDrive", "FittedLaws"]
@@ -72,8 +73,8 @@ class FittedDrive:
 
     def __call__(self, t: float, q: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Return effort and damping, (n,) each."""
-        place = (t - self.start) / self.dt + 1e-9
-        k = min(max(int(place), 0), len(self.commands) - 1)
+        place = (t - self.start) / self.dt
+        k = min(max(int(place + TIME_TOLERANCE), 0), len(self.commands) - 1)
         following = min(k + 1, len(self.commands) - 1)
         share = np.where(self.held, 0.0, min(max(place - k, 0.0), 1.0))
         command = self.commands[k] + share * (self.commands[following] - self.commands[k])
@@ -129,7 +130,7 @@ class FittedLaws:
 
     def __call__(self, t: float, q: Floats, v: Floats, load: Floats) -> tuple[Floats, Floats, Floats]:
         """Return effort, dry friction and damping, (n,) each."""
-        k = min(max(int((t - self.start) / self.dt), 0), self.last)
+        k = min(max(int((t - self.start) / self.dt + TIME_TOLERANCE), 0), self.last)
         covariates = [None if one is None else float(one[k]) for one in self.loads]
         drive = np.where(self.driven, load, np.nan)
         external = np.where(self.driven, 0.0, -load)

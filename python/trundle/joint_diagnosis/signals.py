@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import JointRecording
+from trundle.held_samples import held_means
 
 __all__ = ["JointSignals", "read_signals", "setting"]
 
@@ -30,11 +31,11 @@ class JointSignals:
     raw : (T,) array
         Measured position.
     command : (T,) array
-        Recorded effort, or target.
+        Recorded effort, or target. Held commands are means over the interval that begins at each time.
     known : (T,) array
         Known further effort.
     on : (T,) array
-        Whether the drive is switched on, 0 or 1.
+        Share of the interval in which the drive is switched on.
     load : (T,) array or None
         Covariate of the friction.
     is_held : bool
@@ -71,7 +72,7 @@ def setting(
 
 
 def read_signals(recording: JointRecording, episode: str, joint: str, t: Floats) -> JointSignals:
-    """Return the streams of a joint at given times."""
+    """Return the streams of a joint at uniform times."""
     metadata, own = recording.metadata, recording[episode]
 
     def value(section: str, key: str, default: Any) -> Any:
@@ -82,10 +83,7 @@ def read_signals(recording: JointRecording, episode: str, joint: str, t: Floats)
             return None if default is None else np.full(len(t), default)
         times, values = own.stream(prefix, joint)
         times = times - value("delay", prefix, 0.0)
-        if not hold:
-            return np.interp(t, times, values)
-        held: Floats = values[np.clip(np.searchsorted(times, t, side="right") - 1, 0, None)]
-        return held
+        return held_means(times, values, t) if hold else np.interp(t, times, values)
 
     has_effort = f"effort_{joint}" in own and value("effort", "signed", True)
     has_target = f"target_{joint}" in own

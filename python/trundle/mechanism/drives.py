@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trundle._native import TrundleError
 from trundle.display.card import Card, Displayed
+from trundle.held_samples import TIME_TOLERANCE
 
 __all__ = ["Drive", "EffortDrive", "PositionDrive", "SwitchedDrive"]
 
@@ -164,10 +165,12 @@ class Series:
             )
         if not (np.isfinite(self.values).all() and np.all(np.diff(self.times) > 0)):
             raise TrundleError("times must increase, and all values must be finite numbers")
+        intervals = np.diff(self.times)
+        self.tolerance = TIME_TOLERANCE * float(np.median(intervals)) if hold and len(intervals) else 0.0
 
     def __call__(self, t: float) -> Floats:
         """Return the values, (n,), at a time."""
-        row = int(np.searchsorted(self.times, t, side="right")) - 1
+        row = int(np.searchsorted(self.times, t + self.tolerance, side="right")) - 1
         if row < 0:
             return self._row(0)
         if self.hold or row + 1 >= len(self.times):
