@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import trundle
+from tests.mechanism_diagnosis.recordings import NOMINAL, log_of
 from trundle.held_samples import held_means
 from trundle.joint_diagnosis.signals import read_signals
 from trundle.mechanism import EffortDrive
@@ -43,3 +44,21 @@ def test_a_held_effort_acts_from_its_time_on_although_the_clock_accumulates_roun
     assert (clock < T).any()
     found = [float(drive(t, np.zeros(1), np.zeros(1))[0][0]) for t in clock]
     np.testing.assert_array_equal(found, np.arange(len(T)))
+
+
+def test_a_mechanism_that_starts_at_rest_is_simulated_from_rest() -> None:
+    metadata = {
+        "format": "trundle-recording/2",
+        "name": "arm",
+        "mechanism": {"model": "robot.xml", "joints": ["shoulder", "elbow"]},
+        "start": {"at_rest": True},
+        "split": {"held_out": ["e1"]},
+    }
+    episodes = {f"e{seed}": log_of(NOMINAL, seed, 6.0) for seed in range(2)}
+    recording = trundle.JointRecording(metadata, episodes, {"robot.xml": NOMINAL.encode()})
+    path = trundle.diagnose(recording).predictions["e1"]
+    assert path.t[0] == 0.0
+    assert path.before is not None
+    error = np.abs(path.before - path.observed)[:20]
+    assert error[0].max() == 0.0
+    assert error.max() < 2e-3

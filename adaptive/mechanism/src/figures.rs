@@ -60,7 +60,8 @@ impl Sum {
     }
 }
 
-/// Positions of one joint in one episode, as recorded and as simulated from the first compared state.
+/// Positions of one joint in one episode, as recorded and as simulated from the first compared state, or from rest at the first
+/// sample.
 #[derive(Clone, Debug)]
 pub struct OpenLoop {
     /// Times, s.
@@ -122,9 +123,14 @@ pub(crate) fn open_loop(problem: &Problem, fit: &Fit, episode: &EpisodeData) -> 
         return None;
     }
     let series = &episode.joints[0];
-    let first = episode.first_stage.half.min(series.q.len() - 1);
-    let simulated =
-        simulate(problem, fit, episode, (first, series.q.len()), [series.q[first], series.v[first]])?;
+    let (first, state) = match problem.at_rest {
+        true => (0, [series.raw[0], 0.0]),
+        false => {
+            let first = episode.first_stage.half.min(series.q.len() - 1);
+            (first, [series.q[first], series.v[first]])
+        }
+    };
+    let simulated = simulate(problem, fit, episode, (first, series.q.len()), state)?;
     Some(OpenLoop {
         t: (first..series.q.len()).map(|k| episode.start + k as f64 * episode.dt).collect(),
         observed: series.raw[first..].to_vec(),

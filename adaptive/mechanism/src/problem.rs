@@ -108,6 +108,8 @@ pub struct Problem {
     pub(crate) stages: StageSds,
     /// Whether the motion is imposed.
     pub imposed: bool,
+    /// Whether episodes start at rest.
+    pub(crate) at_rest: bool,
     pub(crate) episodes: Vec<EpisodeData>,
 }
 
@@ -160,6 +162,7 @@ impl Problem {
             bandwidth: motion.bandwidth,
             stages: motion.stages,
             imposed: meta.mechanism.imposed,
+            at_rest: meta.start.at_rest,
             episodes,
         };
         problem.effort_unit = problem.effort_unit_of(&drives);

@@ -5,7 +5,6 @@ use crate::equation::JointModel;
 use crate::fit::Fit;
 use crate::laws::JointSample;
 use crate::problem::{EpisodeData, Problem};
-use trundle_record::EffortSource;
 
 /// Longest step, s.
 const MAX_STEP_S: f64 = 1e-3;
@@ -28,8 +27,6 @@ pub(crate) fn simulate(
     }
     let (setup, series) = (&problem.joints[0], &episode.joints[0]);
     let commands = model.commands(series, episode.dt);
-    let is_held =
-        matches!(setup.drive, Drive::Target | Drive::Effort(EffortSource::Commanded | EffortSource::Voltage));
     let steps = (episode.dt / MAX_STEP_S).ceil().max(1.0);
     let dt = episode.dt / steps;
     let [mut q, mut v] = state;
@@ -39,15 +36,16 @@ pub(crate) fn simulate(
         found.push(if (q - state[0]).abs() < limit { q } else { f64::NAN });
         let next = (k + 1).min(series.q.len() - 1);
         for step in 0..steps as usize {
-            let share = step as f64 / steps;
+            let share = (step as f64 + 0.5) / steps;
             let mix = |a: f64, b: f64| a + share * (b - a);
-            let command = if is_held { commands[k] } else { mix(commands[k], commands[next]) };
-            let known = mix(series.known[k], series.known[next]);
-            let drive = model.drive_effort(setup, series, command, [q, v, series.on[k]]);
+            // Held commands are brought to the middle of their intervals, see [`crate::resample::held`]: to hold them again
+            // would delay them.
+            let [command, known, on] = [&commands, &series.known, &series.on].map(|of| mix(of[k], of[next]));
+            let drive = model.drive_effort(setup, series, command, [q, v, on]);
             let drive = (setup.drive != Drive::None).then_some(drive);
             let load = series.load.as_ref().map(|load| load[k]);
             let at = JointSample { q, v, a: 0.0, drive, external: known + model.gravity_at(q), load };
-            [q, v] = model.step(&at, known, series.on[k], dt);
+            [q, v] = model.step(&at, known, on, dt);
         }
     }
     Some(found)

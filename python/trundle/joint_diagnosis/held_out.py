@@ -37,7 +37,7 @@ class Path:
     Attributes
     ----------
     t : (T,) array
-        Times from the first compared state, s.
+        Times from the first state, s.
     observed : (T, n) array
     before, after : (T, n) array or None
         None where a law cannot be simulated; NaN after a divergence.
@@ -80,7 +80,10 @@ def mechanism_paths(
             continue
         signals = [read_signals(recording, name, joint, own["t"]) for joint in motion["joints"]]
         first = _first_compared(own["a"])
-        observed = np.stack([one.raw for one in signals], axis=1)[first:]
+        raw = np.stack([one.raw for one in signals], axis=1)
+        start, state = first, (own["q"][first], own["v"][first])
+        if recording.metadata.get("start", {}).get("at_rest", False):
+            start, state = 0, (raw[0], np.zeros(len(signals)))
         whole: dict[str, Floats | None] = {}
         windows: dict[str, Floats | None] = {}
         for side, model in zip(("before", "after"), outcome.models, strict=True):
@@ -89,9 +92,9 @@ def mechanism_paths(
                 whole[side] = windows[side] = None
                 continue
             laws = FittedLaws(outcome, side, own["t"], signals) if model["effects"] else None  # type: ignore[arg-type]
-            whole[side] = run.simulate(slice(first, None), own["q"][first], own["v"][first], laws)
+            whole[side] = run.simulate(slice(start, None), *state, laws)
             windows[side] = np.concatenate([np.empty((0, len(signals))), *run.window_errors(first, laws)])
-        found[name] = Path(own["t"][first:], observed, whole["before"], whole["after"], windows)
+        found[name] = Path(own["t"][start:], raw[start:], whole["before"], whole["after"], windows)
     return found
 
 
