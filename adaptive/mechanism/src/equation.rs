@@ -204,7 +204,7 @@ impl<T: Real> JointModel<T> {
             delivered_share(&|k| wanted(k) * series.on[k], &raw)
         });
         let is_slow = self.laws.iter().filter_map(Law::lag).any(|lag| lag.re() > 0.0);
-        let passed = (is_driven && is_slow).then(|| passed_share(&series.command, &commands));
+        let passed = (is_driven && is_slow).then(|| passed_share(&|k| T::lift(series.command[k]), &commands));
         let drive = is_driven.then(|| episode.first_stage.filtered(&raw));
         let known = episode.first_stage.filtered(&series.known);
         let needed = self.needed(series, &episode.load, common);
@@ -221,7 +221,8 @@ impl<T: Real> JointModel<T> {
             (Some(drive), false) => drive[k] - self.armature * series.a[k] - self.damping * series.v[k],
             _ => needed[k] - known[k],
         };
-        let elastic = self.elastic(series.q.len(), on_drive, &rigid, &own_inertia, episode.dt);
+        let (elastic, yielding) =
+            self.elastic(series.q.len(), on_drive, &rigid, &own_inertia, episode.dt).unzip();
         let [_, _, loss] = problem.of_model[j];
         let sample = |k: usize| JointSample {
             q: series.q[k],
@@ -263,7 +264,7 @@ impl<T: Real> JointModel<T> {
         for reading in self.laws.iter().filter_map(Law::reading_gain) {
             gain = gain / reading;
         }
-        let shares = clipped.into_iter().chain(passed).chain(bridged).chain(filtered).chain(heavier);
+        let shares = [clipped, passed, yielding, bridged, filtered, heavier].into_iter().flatten();
         let size = shares.fold(gain, |size, share| size * share).recip();
         let one = |k: usize| {
             let at = sample(k);
@@ -297,8 +298,8 @@ impl<T: Real> JointModel<T> {
         Residual { values, per_effort, friction }
     }
 
-    /// Effort by which an elastic transmission changes the equation; `None` without one. `rigid` is the effort that a rigid
-    /// one would transmit.
+    /// Effort by which an elastic transmission changes the equation, and the share of the effort's changes that it passes;
+    /// `None` without one. `rigid` is the effort that a rigid one would transmit.
     fn elastic(
         &self,
         len: usize,
@@ -306,7 +307,7 @@ impl<T: Real> JointModel<T> {
         rigid: &dyn Fn(usize) -> T,
         own_inertia: &dyn Fn(usize) -> T,
         dt: f64,
-    ) -> Option<Vec<T>> {
+    ) -> Option<(Vec<T>, T)> {
         let compliance = self.laws.iter().find_map(Law::compliance)?;
         let side = |k: usize| match encoder_on_drive {
             true => Unmeasured { inertia: own_inertia(k), damping: T::zero() },
@@ -317,7 +318,8 @@ impl<T: Real> JointModel<T> {
         let change = |(found, rigid): (&T, &T)| {
             if encoder_on_drive { *rigid - *found } else { *found - *rigid }
         };
-        Some(found.iter().zip(&rigid).map(change).collect())
+        let passed = if encoder_on_drive { T::lift(1.0) } else { passed_share(&|k| rigid[k], &found) };
+        Some((found.iter().zip(&rigid).map(change).collect(), passed))
     }
 
     /// See [`noise_share`]; with the mean own inertia of an episode.

@@ -41,18 +41,18 @@ pub(crate) fn delivered_share<T: Real>(wanted: &dyn Fn(usize) -> T, delivered: &
     }
 }
 
-/// Share of the commands' changes that a lag lets pass: the ratio of their standard deviations. Residuals are divided by it, or
-/// a drive that hardly responds to its command would make all efforts small.
-pub(crate) fn passed_share<T: Real>(sent: &[f64], passed: &[T]) -> T {
+/// Share of the changes of commands or efforts that a lag or an elastic transmission lets pass: the ratio of their standard
+/// deviations. Residuals are divided by it, or a drive that hardly responds to its command would make all efforts small.
+pub(crate) fn passed_share<T: Real>(sent: &dyn Fn(usize) -> T, passed: &[T]) -> T {
     let spread = |values: &dyn Fn(usize) -> T| {
         let (mut sum, mut square) = (T::zero(), T::zero());
-        for k in 0..sent.len() {
+        for k in 0..passed.len() {
             sum += values(k);
             square += values(k).squared();
         }
-        square - sum.squared() / sent.len().max(1) as f64
+        square - sum.squared() / passed.len().max(1) as f64
     };
-    let [before, after] = [spread(&|k| T::lift(sent[k])), spread(&|k| passed[k])];
+    let [before, after] = [spread(sent), spread(&|k| passed[k])];
     let share = after.re() / before.re();
     match share {
         MIN_DELIVERED..1.0 => (after / before).sqrt(),
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn a_long_lag_passes_little() {
-        let share = |lag: f64| passed_share(&commands(), &lagged(&commands(), lag, 0.01));
+        let share = |lag: f64| passed_share(&|k| commands()[k], &lagged(&commands(), lag, 0.01));
         assert!((share(0.1) - 0.5f64.sqrt()).abs() < 0.05, "{}", share(0.1));
         assert!(share(100.0) < 0.01, "{}", share(100.0));
     }

@@ -162,6 +162,27 @@ fn a_small_gain_does_not_hide_what_a_limit_removes() {
 }
 
 #[test]
+fn a_small_gain_does_not_hide_what_a_soft_transmission_removes() {
+    // The drive moves against its own damping, and hardly any effort arrives.
+    let problem = carriage("joint", Some(|t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t).sin()));
+    let size = |laws: &[(JointKind, Vec<f64>)], changed: &[(&str, f64)]| {
+        let effect = |(kind, values): &(JointKind, Vec<f64>)| Effect {
+            kind: Kind::Joint(*kind, 0),
+            values: values.clone(),
+        };
+        let effects: Vec<Effect> = laws.iter().map(effect).collect();
+        let slots = slots(&problem, &effects);
+        let own = |name: &str| changed.iter().find(|(key, _)| name == *key).map(|(_, value)| *value);
+        let values: Vec<f64> = slots.iter().map(|slot| own(&slot.name).unwrap_or(slot.start)).collect();
+        let rows = evaluate(&problem, &effects, &slots, &values, Scope::Training, false);
+        rows[0].residual.norm()
+    };
+    let laws = [(JointKind::EffortGain, vec![0.05]), (JointKind::Elasticity, vec![2.0, f64::NAN])];
+    let (found, nominal) = (size(&laws, &[("armature:x", 0.0), ("damping:x", 20.0)]), size(&[], &[]));
+    assert!(found > nominal, "{found} {nominal}");
+}
+
+#[test]
 fn residuals_below_the_noise_determine_values() {
     // The damping is 2 % more than the model's: its effort is below the least noise of a drive.
     let problem = carriage("joint", Some(|t| (MASS + 0.4) * acceleration(t) + 1.02 * velocity(t)));
