@@ -136,7 +136,7 @@ CORRUPTIONS = {
     ),
     "late effort": Corruption(delayed("effort_shoulder", 0.05), "clocks", r"is recorded (49|50)\.\d"),
     "early effort": Corruption(delayed("effort_elbow", -0.04), "clocks", r"its effort by (3|4)\d\.\d"),
-    "early target": Corruption(target_only, "clocks", "follows its target by"),
+    "early target": Corruption(target_only, "clocks", "follows its target by .* dry friction, play or el"),
     "late velocity": Corruption(delayed("v_elbow", 0.02), "velocity", r"lags its positions by 20\.\d ms"),
     "late velocity, wrongly stated": Corruption(
         delayed("v_elbow", 0.02),

@@ -65,11 +65,14 @@ fn best_shift(input: &Input, index: usize, prefix: &str) -> Option<Shift> {
 fn delay_finding(joint: &str, prefix: &str, delay: f64, sd: f64) -> Finding {
     let (size, sd) = (1e3 * delay.abs(), 1e3 * sd);
     let sentence = match (delay > 0.0, prefix) {
-        (true, _) => format!("the motion of {joint} follows its {prefix} by {size:.1} ± {sd:.1} ms"),
+        (true, _) => format!(
+            "the motion of {joint} follows its {prefix} by {size:.1} ± {sd:.1} ms: a delay, dry friction, play or \
+             elasticity of the transmission"
+        ),
         (false, _) => format!("the {prefix} of {joint} is recorded {size:.1} ± {sd:.1} ms late"),
     };
     let remedy = match delay > 0.0 {
-        true => "let the diagnosis estimate the delay of the drive, or correct the clock of the command",
+        true => "find the cause with `trundle diagnose`, or correct the clock of the command",
         false => "state it in [delay], or let the diagnosis estimate it",
     };
     Finding::new("clocks", Severity::Warning, sentence, remedy)
