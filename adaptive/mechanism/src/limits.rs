@@ -1,5 +1,6 @@
 //! Limits of the probabilities of names, by what the named effects explain and leave.
 
+use crate::coupling::acts_on;
 use crate::lack_of_fit::{CERTAIN_EXPLANATION, LackOfFit, explanation};
 use crate::model::{Effect, Kind};
 use crate::problem::Problem;
@@ -40,9 +41,14 @@ pub(crate) fn limits(
     [before, after]: [&[LackOfFit]; 2],
 ) -> Vec<Limit> {
     let best = found.best.clone();
-    // Effects that leave much of the misfit are less probably the right ones.
-    let own = |k: usize, tried: &mut Vec<Tried>| match best.fit.effects[k].kind.joint() {
-        Some(j) => vec![j],
+    // Effects that leave much of the misfit are less probably the right ones. Without a gain, the masses may move the misfit to
+    // another joint.
+    let own = |k: usize, tried: &mut Vec<Tried>| match acts_on(&searcher.coupled, best.fit.effects[k].kind) {
+        Some(joints) if joints.len() == 1 => joints,
+        Some(joints) => {
+            let reduced = searcher.material_joints(&found.base, &best);
+            joints.into_iter().filter(|j| reduced.contains(j)).collect()
+        }
         None => searcher.material_joints(&searcher.without_effect(&best, k, tried), &best),
     };
     let affected: Vec<(Kind, Vec<usize>)> =

@@ -4,6 +4,7 @@ use crate::answer::{
     JointAnswer, JointBeforeAfter, JointEffect, JointFit, JointMismatch, JointNominal, JointParameter,
     JointResidual,
 };
+use crate::coupling::{acts_on, coupled_joints};
 use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
 use crate::figures::figures;
@@ -150,8 +151,11 @@ fn verdict(
         true => after[j].exceeds_noise,
         false => after[j].is_material && remaining(found, before, after, j) > MAX_RESIDUAL_GAIN_SHARE,
     };
-    let is_poor =
-        |kind: &Kind| kind.joint().is_some_and(|j| explained(problem, found, &[j]) < MIN_EXPLANATION);
+    let coupled = coupled_joints(problem);
+    let is_poor = |kind: &Kind| match acts_on(&coupled, *kind) {
+        Some(joints) => joints.iter().all(|j| explained(problem, found, &[*j]) < MIN_EXPLANATION),
+        None => false,
+    };
     let has_lack = (0..problem.joints.len()).any(is_lacking) || found.best.kinds().iter().any(is_poor);
     match (found.best.fit.effects.is_empty(), has_lack) {
         (_, true) => Verdict::Unexplained,

@@ -1,6 +1,7 @@
 //! Search for missing effects: forward selection with exchange, each effect tested on left-out parts of the training
 //! episodes.
 
+use crate::coupling::{acts_on, coupled_joints};
 use crate::cross_validation::left_out;
 use crate::error::MechanismError;
 use crate::figures::figures;
@@ -14,6 +15,7 @@ use crate::problem::Problem;
 use crate::rows::{Scope, noise_floor, weight};
 use crate::tried::{Found, Support, Tried};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use trundle_diagnose::{
     MIN_MATERIAL_ERROR_RATIO, PredictedSample, PredictedSamples, correlation_time, probability_of_gain,
 };
@@ -31,11 +33,13 @@ pub(crate) struct Searcher<'a> {
     pub without: &'a [String],
     pub watch: &'a dyn Watch,
     pub memo: Memo,
+    /// For each joint, those that a free mass couples to it, see [`crate::coupling`].
+    pub coupled: Vec<Vec<usize>>,
 }
 
 impl<'a> Searcher<'a> {
     pub fn new(problem: &'a Problem, without: &'a [String], watch: &'a dyn Watch) -> Self {
-        Self { problem, without, watch, memo: Memo::default() }
+        Self { problem, without, watch, memo: Memo::default(), coupled: coupled_joints(problem) }
     }
 
     /// Run the search.
@@ -82,6 +86,7 @@ impl<'a> Searcher<'a> {
         best = self.merged(best, &mut tried)?;
         best = self.refined(best, &mut tried)?;
         best = self.reduced(best, &mut tried)?;
+        best = self.with_best_gains(best, &mut tried)?;
         let support = self.support_of_all(&best, &mut tried);
         Ok(Found { base, best, support, tried })
     }
@@ -221,20 +226,20 @@ impl<'a> Searcher<'a> {
     }
 
     /// Joints whose equations the difference of two models enters. Parameters of all joints change a little with every
-    /// effect; that is no evidence about it.
+    /// effect; that is no evidence about it. A gain enters the equations of the joints that move the same free masses.
     pub fn affected(&self, simpler: &Tried, fuller: &Tried) -> Vec<usize> {
         let (own, other) = (simpler.kinds(), fuller.kinds());
         let difference =
             other.iter().filter(|k| !own.contains(k)).chain(own.iter().filter(|k| !other.contains(k)));
-        let single = |kind: &Kind| match kind {
-            Kind::Joint(_, joint) => Some(*joint),
-            Kind::EncoderOffset(joint) if self.problem.axis.is_some() => Some(*joint),
-            _ => None,
+        let own = |kind: &Kind| match kind {
+            Kind::EncoderOffset(_) if self.problem.axis.is_none() => None,
+            _ => acts_on(&self.coupled, *kind),
         };
-        let joints: Option<Vec<usize>> = difference.map(single).collect();
+        let joints: Option<Vec<Vec<usize>>> = difference.map(own).collect();
         // Refinements change values only.
-        let all = || (0..self.problem.joints.len()).collect();
+        let all = || vec![(0..self.problem.joints.len()).collect()];
         let found = joints.filter(|joints| !joints.is_empty()).unwrap_or_else(all);
+        let found: BTreeSet<usize> = found.into_iter().flatten().collect();
         found.into_iter().filter(|j| fuller.fit.samples[*j] > 0).collect()
     }
 

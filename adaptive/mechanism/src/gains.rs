@@ -1,0 +1,46 @@
+//! Gains of recorded efforts at joints that move the same bodies.
+//!
+//! Free masses take the gain of one joint, and the other joints then need the inverse gain: the joint at which a gain is
+//! wrong cannot be told from one joint's residual.
+
+use crate::error::MechanismError;
+use crate::laws::JointKind;
+use crate::model::Kind;
+use crate::search::Searcher;
+use crate::tried::Tried;
+
+impl Searcher<'_> {
+    /// The model in which no gain at another joint that moves the same bodies increases the evidence in place of a gain. The
+    /// other models are tried, and may be tied.
+    pub fn with_best_gains(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
+        for index in 0..model.fit.effects.len() {
+            let Kind::Joint(JointKind::EffortGain, joint) = model.fit.effects[index].kind else { continue };
+            let reduced = self.without_effect(&model, index, tried);
+            let is_other = |kind: Kind| {
+                let moves_same = |j: usize| j != joint && self.coupled[joint].contains(&j);
+                matches!(kind, Kind::Joint(JointKind::EffortGain, j) if moves_same(j))
+            };
+            let with = |kind: Kind| {
+                let mut kinds = reduced.kinds();
+                kinds.push(kind);
+                kinds.sort();
+                kinds
+            };
+            let known: Vec<Vec<Kind>> = tried.iter().map(Tried::kinds).collect();
+            let is_new = |kind: Kind| is_other(kind) && !known.contains(&with(kind));
+            self.children_above(&reduced, tried, &is_new, f64::NEG_INFINITY)?;
+            let others: Vec<Vec<Kind>> =
+                Kind::candidates(self.problem).into_iter().filter(|kind| is_other(*kind)).map(with).collect();
+            let times = self.times(&model);
+            let gain = |other: &Tried| other.log_evidence(&times) - model.log_evidence(&times);
+            let rivals = tried.iter().filter(|other| others.contains(&other.kinds()) && gain(other) > 1.0);
+            let best = rivals.max_by(|a, b| gain(a).total_cmp(&gain(b))).cloned();
+            if let Some(best) = best.filter(|best| self.predicts(&model, best))
+                && self.all_pass(&best, tried)
+            {
+                model = best;
+            }
+        }
+        Ok(model)
+    }
+}
