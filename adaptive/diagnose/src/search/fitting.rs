@@ -23,8 +23,7 @@ pub(super) struct Stages<'a> {
 }
 
 impl Searcher<'_> {
-    /// Fit models that were not fitted before, of which at most `most` are ranked. Only those that may still become
-    /// the best are fitted to their optimum.
+    /// Fit models that were not fitted before, as [`Self::fit_promising`].
     pub(super) fn try_all(
         &self,
         what: &'static str,
@@ -33,7 +32,19 @@ impl Searcher<'_> {
         tried: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
         let is_new = |job: &Job| tried.iter().all(|t| !have_same_effects(&t.added, &job.added));
-        let jobs: Vec<Job> = jobs.into_iter().filter(is_new).collect();
+        let jobs = jobs.into_iter().filter(is_new).collect();
+        self.fit_promising(what, jobs, most, tried)
+    }
+
+    /// Fit models, of which at most `most` are ranked. Only those that may still become the best are fitted to their
+    /// optimum.
+    pub(super) fn fit_promising(
+        &self,
+        what: &'static str,
+        jobs: Vec<Job>,
+        most: usize,
+        tried: &mut Vec<FittedModel>,
+    ) -> Result<(), InferError> {
         let known = lowest(tried.iter().map(|t| t.fit.cost));
         let from = Some(lowest(jobs.iter().map(|j| j.from))).filter(|cost| cost.is_finite()).unwrap_or(known);
         let stages = Stages { what, most, compared_with: None };
@@ -157,14 +168,7 @@ mod tests {
         let data = World::of(locked().with(slope)).recording(3);
         let engine = Own::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
-        let searcher = Searcher {
-            engine: &engine,
-            without: &[],
-            regions: &[],
-            is_softened: false,
-            seed: 0,
-            watch: &Quiet,
-        };
+        let searcher = Searcher::new(&engine, &[], 0, &Quiet);
         let jobs = |kind| searcher.jobs(&base, &[kind], 1, 1).unwrap();
         let mut tried = vec![base.clone()];
         searcher.try_all("one effect", jobs(Kind::FloorSlope), 1, &mut tried).unwrap();

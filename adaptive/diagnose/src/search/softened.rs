@@ -1,23 +1,25 @@
-//! Search beside a missing wrench, while the misfit is large.
+//! Search with a random-walk wrench in every model, while the misfit is large.
 //!
 //! If a model misfits precise poses by much more than their noise, its density has many local optima: errors of the
 //! simulated velocity persist, and a caster, for example, turns the wrong way from then on. Fits then stop far from the
-//! optimum, and even the right effects seem to gain little. A missing wrench, a random walk, forgets these errors. Its
+//! optimum, and even the right effects seem to gain little. With a random-walk wrench the filter forgets these errors. Its
 //! size is chosen so that the misfit is moderate, and reduced as the best model improves (graduated optimisation: Blake
-//! and Zisserman 1987). Models are compared without it in the end.
+//! and Zisserman 1987). In the end models are compared without it.
 
-use super::{MAX_EFFECTS, MAX_PARENT_MODELS, Searcher, kinds};
+use super::{MAX_EFFECTS, MAX_FIRST_KINDS, Searcher, kinds};
 use crate::fitted_model::{Effort, FittedModel, Job};
 use trundle_infer::InferError;
 
-/// The same model again, from its values and under the noise of `base`.
+/// The same model again, from its values and under the noise of `base`. Costs with and without a random-walk wrench are
+/// not comparable.
 fn again(tried: &FittedModel, base: &FittedModel) -> Job {
     let warm = vec![tried.fit.values.clone()];
-    Job { channels: base.fit.channels, ..Job::from(tried, tried.added.clone(), warm) }
+    let job = Job::from(tried, tried.added.clone(), warm);
+    Job { channels: base.fit.channels, from: f64::INFINITY, ..job }
 }
 
 impl Searcher<'_> {
-    /// The nominal model, refitted from its fit beside a missing wrench if that is better.
+    /// The nominal model, refitted from its fit with a random-walk wrench if that is better.
     pub(super) fn with_softened_start(&self, base: FittedModel) -> Result<FittedModel, InferError> {
         let Some(softened) = self.engine.softened(&base)? else { return Ok(base) };
         let searcher = Searcher { engine: &*softened, ..*self };
@@ -29,7 +31,7 @@ impl Searcher<'_> {
         Ok(found.into_iter().find(|found| found.fit.cost < base.fit.cost).unwrap_or(base))
     }
 
-    /// Search models beside a missing wrench, until the misfit of the best model is moderate without it or no further
+    /// Search models with a random-walk wrench, until the misfit of the best model is moderate without it or no further
     /// effect is found.
     pub(super) fn search_softened(
         &self,
@@ -42,13 +44,14 @@ impl Searcher<'_> {
             let searcher = Searcher { engine: &*softened, is_softened: true, ..*self };
             let jobs = tried.iter().map(|tried| again(tried, base)).collect();
             let mut found = vec![];
-            searcher.fit_all("beside a missing wrench", jobs, &mut found)?;
+            searcher.fit_all("effects and a random-walk wrench", jobs, &mut found)?;
             let Some(nominal) = found.iter().find(|t| t.added.is_empty()).cloned() else { return Ok(()) };
             searcher.add_effects(&nominal, &mut found)?;
             let best_of_size =
-                |size: usize| found.iter().filter(move |t| t.added.len() == size).take(MAX_PARENT_MODELS);
-            let jobs = (1..=MAX_EFFECTS).flat_map(best_of_size).map(|t| again(t, base)).collect();
-            self.fit_all("without the missing wrench", jobs, tried)?;
+                |size: usize| found.iter().filter(move |t| t.added.len() == size).take(MAX_FIRST_KINDS);
+            let jobs: Vec<Job> = (1..=MAX_EFFECTS).flat_map(best_of_size).map(|t| again(t, base)).collect();
+            let count = jobs.len();
+            self.fit_promising("effects without a random-walk wrench", jobs, count, tried)?;
             if kinds(&tried[0].added) == best {
                 return Ok(());
             }
