@@ -4,6 +4,7 @@
 //! direction, the samples of the missing force are divided into those with a support point in a strip and the others.
 //! The strips whose likelihood ratio of two variances is the largest become candidates.
 
+use std::collections::BTreeMap;
 use trundle_infer::Residual;
 use trundle_model::{Body, to_world};
 
@@ -81,14 +82,17 @@ pub(crate) fn ridge_candidates(courses: &[Vec<Residual>], body: &Body) -> Vec<Ri
 }
 
 /// Samples with a support point in each strip of a direction.
-fn strips(samples: &[(f64, Vec<[f64; 2]>)], angle: f64) -> std::collections::BTreeMap<i64, Samples> {
+fn strips(samples: &[(f64, Vec<[f64; 2]>)], angle: f64) -> BTreeMap<i64, Samples> {
     let (sin, cos) = angle.sin_cos();
-    let mut strips = std::collections::BTreeMap::<i64, Samples>::new();
+    let mut strips = BTreeMap::<i64, Samples>::new();
+    let mut touched = vec![];
     for (square, points) in samples {
-        let strip = |[x, y]: &[f64; 2]| ((cos * x + sin * y) / STRIP_M).floor() as i64;
-        let touched: std::collections::BTreeSet<i64> = points.iter().map(strip).collect();
-        for strip in touched {
-            strips.entry(strip).or_default().add(*square);
+        touched.clear();
+        touched.extend(points.iter().map(|[x, y]| ((cos * x + sin * y) / STRIP_M).floor() as i64));
+        touched.sort_unstable();
+        touched.dedup();
+        for strip in &touched {
+            strips.entry(*strip).or_default().add(*square);
         }
     }
     strips

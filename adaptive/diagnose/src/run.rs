@@ -123,14 +123,7 @@ struct Decision {
 
 /// Fit, search and decide.
 fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<Decision, InferError> {
-    let searcher = Searcher {
-        engine,
-        without: &options.without,
-        regions: &[],
-        is_softened: false,
-        seed: options.seed,
-        watch,
-    };
+    let searcher = Searcher::new(engine, &options.without, options.seed, watch);
     let mut found = searcher.run()?;
     watch.progress("left-out episodes", 0.0);
     let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);

@@ -23,7 +23,7 @@ pub struct MotionLikelihood {
     channels: Channels,
     /// Factor on the pose noise, in addition to that in `channels`.
     pose_noise_factor: f64,
-    /// Least random walk of a missing wrench: N/√s, N/√s, N·m/√s.
+    /// Least random walk of the model discrepancy: N/√s, N/√s, N·m/√s.
     wander: [f64; 3],
     /// Random walk that changes by the recorded wrench (root mean square) over an episode.
     recorded_wander: [f64; 3],
@@ -91,7 +91,7 @@ impl MotionLikelihood {
         Ok(Self { thinned: thinned.into(), resting, ..of(fine, 1.0, Some(coarse)) })
     }
 
-    /// The same likelihood beside a missing wrench, a random walk that changes by `share` of the recorded wrench over an
+    /// The same likelihood with a random-walk wrench that changes by `share` of the recorded wrench over an
     /// episode. Without it the density has many local optima far from the best one, because errors of the simulated
     /// velocity persist.
     #[must_use]

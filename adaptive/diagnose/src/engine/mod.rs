@@ -21,7 +21,7 @@ use crate::ridge_candidates::ridge_candidates;
 use crate::screen::{Screen, ScreenOptions};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Likelihood, Residual, Score, Watch, on_all_cores};
-use trundle_model::{Kind, Model};
+use trundle_model::{Kind, Model, Proposal};
 use trundle_record::{Dataset, Prepared};
 
 /// A callback that receives a linearised model and the missing wrench along the episodes.
@@ -59,8 +59,8 @@ pub(crate) trait Engine: Sync {
     /// A cheaper engine for screening fits; `None` if there is none.
     fn thinned<'a>(&'a self) -> Option<Box<dyn Engine + 'a>>;
 
-    /// The engine beside a missing wrench that is so large that the model's misfit is moderate; `None` if the misfit is
-    /// moderate without it, or if there is no such engine.
+    /// The engine with a random-walk wrench in every model, the smallest with which the misfit of `tried` is moderate; `None`
+    /// if the misfit is moderate without it, or if there is no such engine.
     fn softened<'a>(&'a self, tried: &FittedModel) -> Result<Option<Box<dyn Engine + 'a>>, InferError> {
         let _ = tried;
         Ok(None)
@@ -91,7 +91,11 @@ pub(crate) trait Engine: Sync {
             let screens = self.inspect(from, kinds, &mut |view, courses| {
                 let contacts = contact_candidates(courses, &from.fit.model.body);
                 let lines = in_position(courses, self.nominal().on_rail());
-                let ridges = ridge_candidates(courses, &from.fit.model.body);
+                let is_ridge = |kind: &Kind| kind.proposal() == Proposal::Ridge;
+                let ridges = match kinds.iter().any(is_ridge) {
+                    true => ridge_candidates(courses, &from.fit.model.body),
+                    false => vec![],
+                };
                 let hints =
                     Hints { contacts: &contacts, regions: options.regions, ridges: &ridges, lines: &lines };
                 let screen = Screen { view, episodes: &self.data().training, hints: &hints, options };

@@ -25,7 +25,7 @@ use trundle_infer::{
 use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
-/// Most halvings of the missing wrench of a softened comparison.
+/// Most halvings of the random-walk wrench of a softened comparison.
 const MAX_HALVINGS: i32 = 10;
 
 /// Trundle's plant, compared by its motion or by the wrench that it needs.
@@ -354,7 +354,7 @@ mod tests {
     use trundle_model::{Kind, Model};
 
     #[test]
-    fn beside_a_missing_wrench_the_misfit_is_moderate() {
+    fn with_a_random_walk_wrench_the_misfit_is_moderate() {
         let softened = |truth: Model| {
             let data = World::of(truth).recording(1);
             let engine = Own::new(&data, None).unwrap();
@@ -368,6 +368,6 @@ mod tests {
         assert!(softened(locked()).is_none());
         let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 15.0)]);
         let (excess, wander) = softened(locked().with(dry)).unwrap();
-        assert!(excess <= MAX_MISFIT_PER_SAMPLE_NATS, "{excess} beside {wander:?}");
+        assert!(excess <= MAX_MISFIT_PER_SAMPLE_NATS, "{excess} with {wander:?}");
     }
 }

@@ -76,10 +76,17 @@ pub(crate) struct Searcher<'a> {
     /// Parts of the floor that seem to add friction: convex polygons, world, m. They are known once the
     /// nominal model is fitted.
     pub regions: &'a [Vec<[f64; 2]>],
-    /// Whether the engine contains a missing wrench, beside which errors of predictions are not judged.
+    /// Whether the engine adds a random-walk wrench, with which errors of predictions are not judged.
     pub is_softened: bool,
     pub seed: u64,
     pub watch: &'a dyn Watch,
+}
+
+impl<'a> Searcher<'a> {
+    /// A search without regions, which follow from the nominal fit.
+    pub fn new(engine: &'a dyn Engine, without: &'a [String], seed: u64, watch: &'a dyn Watch) -> Self {
+        Self { engine, without, regions: &[], is_softened: false, seed, watch }
+    }
 }
 
 impl Searcher<'_> {
@@ -309,14 +316,7 @@ mod tests {
         let data = World::of(locked().with(slope)).recording(3);
         let engine = Own::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
-        let searcher = Searcher {
-            engine: &engine,
-            without: &[],
-            regions: &[],
-            is_softened: false,
-            seed: 0,
-            watch: &Quiet,
-        };
+        let searcher = Searcher::new(&engine, &[], 0, &Quiet);
         let jobs = searcher.jobs(&base, &searcher.offered(&base), 4, 2).unwrap();
         assert_eq!(jobs.len(), 8);
         let mut tried = vec![base];
@@ -346,14 +346,7 @@ mod tests {
         let search = |world: &World| {
             let data = world.recording(5);
             let engine = Own::new(&data, None).unwrap();
-            let searcher = Searcher {
-                engine: &engine,
-                without: &[],
-                regions: &[],
-                is_softened: false,
-                seed: 0,
-                watch: &Quiet,
-            };
+            let searcher = Searcher::new(&engine, &[], 0, &Quiet);
             searcher.run().unwrap()
         };
         let unknown = search(&World { out_of_catalogue: force, ..World::of(locked()) });

@@ -30,14 +30,7 @@ fn check(truth: Model, seed: u64) {
     let engine = Own::new(&data, None).unwrap();
     let base = engine.base(seed, &Quiet).unwrap();
     let engine_for_effects = engine.for_added_effects(&base, None, &Quiet).unwrap();
-    let searcher = Searcher {
-        engine: &*engine_for_effects,
-        without: &[],
-        regions: &[],
-        is_softened: false,
-        seed,
-        watch: &Quiet,
-    };
+    let searcher = Searcher::new(&*engine_for_effects, &[], seed, &Quiet);
     let mut failed = vec![];
     for kind in searcher.offered(&base) {
         if let Some((cost, own)) = cost_rise(&searcher, &base, kind) {

@@ -61,14 +61,7 @@ mod tests {
         let data = World::of(truth).recording(3);
         let engine = Own::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
-        let searcher = Searcher {
-            engine: &engine,
-            without: &[],
-            regions: &[],
-            is_softened: false,
-            seed: 0,
-            watch: &Quiet,
-        };
+        let searcher = Searcher::new(&engine, &[], 0, &Quiet);
         let Some(robust) = searcher.refitted_with_random_walk(&base).unwrap() else { return vec![] };
         let options = searcher.screen_options(&[], 5);
         let sets = engine.sets(&robust, &searcher.offered(&base), &options, MAX_EFFECTS, &Quiet).unwrap();
