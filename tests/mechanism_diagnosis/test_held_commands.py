@@ -1,4 +1,4 @@
-"""Held commands in simulations act from the time of their sample, whatever the rounding of times."""
+"""Held commands in simulations act from the time of their sample, also if times are rounded."""
 
 from __future__ import annotations
 

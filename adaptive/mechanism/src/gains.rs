@@ -1,11 +1,12 @@
 //! Gains of recorded efforts at joints that move the same bodies.
 //!
-//! Free masses take the gain of one joint, and the other joints then need the inverse gain: the joint at which a gain is
-//! wrong cannot be told from one joint's residual.
+//! Free masses take the gain of one joint, and the other joints then need the inverse gain: the residual of one
+//! joint does not determine at which joint a gain is wrong.
 
 use crate::error::MechanismError;
 use crate::laws::JointKind;
 use crate::model::Kind;
+use crate::moves::MIN_BETTER_NATS;
 use crate::search::Searcher;
 use crate::tried::Tried;
 
@@ -33,7 +34,8 @@ impl Searcher<'_> {
                 Kind::candidates(self.problem).into_iter().filter(|kind| is_other(*kind)).map(with).collect();
             let times = self.times(&model);
             let gain = |other: &Tried| other.log_evidence(&times) - model.log_evidence(&times);
-            let rivals = tried.iter().filter(|other| others.contains(&other.kinds()) && gain(other) > 1.0);
+            let rivals =
+                tried.iter().filter(|other| others.contains(&other.kinds()) && gain(other) > MIN_BETTER_NATS);
             let best = rivals.max_by(|a, b| gain(a).total_cmp(&gain(b))).cloned();
             if let Some(best) = best.filter(|best| self.predicts(&model, best))
                 && self.all_pass(&best, tried)

@@ -8,6 +8,10 @@ use crate::rows::Scope;
 use crate::search::Searcher;
 use crate::tried::Tried;
 
+/// Least increase of the log evidence by which another effect replaces one, nats. Smaller differences are within the error of
+/// the approximate evidence.
+pub(crate) const MIN_BETTER_NATS: f64 = 1.0;
+
 impl Searcher<'_> {
     /// A model without one of its effects, fitted to its optimum.
     pub fn without_effect(&self, model: &Tried, index: usize, tried: &mut Vec<Tried>) -> Tried {
@@ -54,7 +58,7 @@ impl Searcher<'_> {
             let reduced = self.without_effect(&model, index, tried);
             let times = self.times(&model);
             for child in self.children(&reduced, tried)? {
-                let is_better = child.log_evidence(&times) > model.log_evidence(&times) + 1.0;
+                let is_better = child.log_evidence(&times) > model.log_evidence(&times) + MIN_BETTER_NATS;
                 if is_better && self.predicts(&model, &child) && self.all_pass(&child, tried) {
                     model = child;
                     break;
