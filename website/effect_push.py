@@ -59,6 +59,7 @@ VALUES: dict[str, dict[str, float]] = {
     "force_bias": {"force_x": 3.0, "force_y": -2.0, "torque_z": 0.5, "drift_x": 0.5},
     "floor_slope": {"accel_x": 0.25, "accel_y": -0.15},
     "com_offset": {"com_x": 0.2, "com_y": -0.12},
+    "mass_spread": {"inertia_factor": 3.0},
     "mass_change": {"time": 3.0, "mass": 8.0},
     "wheel_event": {"time": 3.0, "factor_x": 3.0, "factor_y": 3.0},
     "force_scale": {"gain_x": 1.25, "gain_y": 0.8, "gain_torque": 1.0},

@@ -34,6 +34,7 @@ EFFECTS: dict[str, tuple[Parameters, dict[str, Any] | None]] = {
     "caster_swivel": ({"trail": measure(0.042, 0.003, "m"), "mu_side": measure(81.0, 4.0, "N·s/m")}, BODY),
     "second_wheel": ({"damping": damping()}, None),
     "com_offset": ({"com_x": measure(-0.11, 0.01, "m"), "com_y": measure(0.05, 0.008, "m")}, BODY),
+    "mass_spread": ({"inertia_factor": measure(1.62, 0.03, "1")}, None),
     "floor_slope": ({"accel_x": measure(0.21, 0.01, "m/s²"), "accel_y": measure(-0.1, 0.01, "m/s²")}, {}),
     "floor_patch": ({"mu": measure(48.0, 3.0, "N·s/m")}, REGION),
     "floor_grain": ({"mu": measure(35.0, 2.0, "N·s/m"), "angle": measure(0.6, 0.04, "rad")}, None),

@@ -83,8 +83,8 @@ def test_floors_have_directions() -> None:
     assert flat is None
 
 
-def test_each_effect_of_the_format_has_a_name_other_than_its_key() -> None:
-    assert len(EFFECTS) == 17
+def test_each_effect_has_a_name_other_than_its_key() -> None:
+    assert len(EFFECTS) == 18
     for name in EFFECTS:
         assert "_" not in wording.effect_name(name) and wording.effect_name(name) != name.replace("_", " ")
     assert wording.effect_name("an_effect_of_tomorrow") == "an effect of tomorrow"
@@ -93,7 +93,7 @@ def test_each_effect_of_the_format_has_a_name_other_than_its_key() -> None:
 
 def test_places_are_numbered_as_the_cards_are() -> None:
     assert [place.number for place in locate_effects([effect_entry(name) for name in EFFECTS])] == list(
-        range(1, 18)
+        range(1, 19)
     )
 
 

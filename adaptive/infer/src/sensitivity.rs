@@ -198,6 +198,7 @@ pub(crate) mod tests {
     fn slopes_by_inertia_and_instruments_are_correct() {
         let (model, values) = with_wheel(&[
             (Kind::ComOffset, &[0.13, -0.07]),
+            (Kind::MassSpread, &[1.3]),
             (Kind::GripperInertia, &[1.7]),
             (Kind::ForceScale, &[1.0, 1.2, 0.8]),
             (Kind::TrackerOffset, &[0.05, -0.03, 0.2]),

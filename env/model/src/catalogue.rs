@@ -155,4 +155,5 @@ catalogue! {
     clock_drift::ClockDrift,
     sensor_lag::SensorLag,
     drive_lag::DriveLag,
+    mass_spread::MassSpread,
 }

@@ -28,6 +28,7 @@ _EFFECT_NAMES = {
     "caster_swivel": "a swivelling caster",
     "second_wheel": "a second wheel",
     "com_offset": "an offset of the mass centre",
+    "mass_spread": "an inertia that is not that of a uniform body",
     "floor_slope": "a sloping floor",
     "floor_patch": "a floor patch with drag",
     "floor_grain": "a floor with a grain",

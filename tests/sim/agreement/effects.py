@@ -37,6 +37,7 @@ VALUES: Mapping[str, Mapping[str, float]] = {
     "coulomb_friction": {"force": 14.0, "static_force": 18.0},
     "support_friction": {"force": 20.0, "static_force": 25.0},
     "directional_friction": {"difference": 15.0},
+    "mass_spread": {"inertia_factor": 1.6},
     "mass_change": {"time": 1.2, "mass": 8.0},
     "wheel_event": {"time": 1.2, "factor_x": 4.0, "factor_y": 0.3},
     "cogging": {"period": 0.15},

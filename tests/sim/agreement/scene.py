@@ -167,18 +167,19 @@ def integrated(
     timestep: float,
     *,
     com: tuple[float, float] = (0.0, 0.0),
+    inertia_factor: float = 1.0,
     load: tuple[float, float] | None = None,
     rate: float = 100.0,
 ) -> Floats:
     """Return the poses that MuJoCo's Runge-Kutta rule gives under the momentary wrench of the laws.
 
-    `com`: the mass centre; `load`: when mass is put on, s, and how much, kg: what laws say of the body.
+    `com`: the mass centre; `inertia_factor`: of the inertia; `load`: time, s, at which a mass, kg, is added.
     """
-    laws = Laws(model(effects))
+    laws, inertia = Laws(model(effects)), inertia_factor * INERTIA
     engine = mujoco.MjModel.from_xml_string(f"""
     <mujoco><option timestep="{timestep}" gravity="0 0 0" integrator="RK4"/><worldbody><body name="table">
       <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><joint type="hinge" axis="0 0 1"/>
-      <inertial pos="{com[0]} {com[1]} 0" mass="{MASS}" diaginertia="{INERTIA} {INERTIA} {INERTIA}"/>
+      <inertial pos="{com[0]} {com[1]} 0" mass="{MASS}" diaginertia="{inertia} {inertia} {inertia}"/>
     </body></worldbody></mujoco>""")
     data = mujoco.MjData(engine)
     data.qpos[:] = push.start

@@ -35,6 +35,7 @@ from tests.sim.agreement.scene import (
 
 BODIES: Mapping[str, Mapping[str, Any]] = {
     "com_offset": {"com": (0.3, -0.2)},
+    "mass_spread": {"inertia_factor": 1.6},
     "mass_change": {"load": (1.2, 8.0)},
 }
 """Changes of the body by a law, as an argument of `integrated`."""

@@ -138,6 +138,13 @@ fn a_mass_centre_offset() {
 }
 
 #[test]
+fn mass_at_the_edge() {
+    let truth = locked().with(effect(Kind::MassSpread, &[("inertia_factor", 1.7)]));
+    let found = fitted(&truth, &SOUND, Effect::free(Kind::MassSpread), None);
+    assert_found(&found, "mass_spread.inertia_factor", 1.7, 0.05);
+}
+
+#[test]
 fn load_put_on_in_the_second_push() {
     let values = [("episode", 1.0), ("time", 2.7), ("mass", 6.0)];
     let truth = locked().with(effect(Kind::MassChange, &values));

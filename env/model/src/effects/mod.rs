@@ -24,6 +24,7 @@ mod geometry;
 pub(crate) mod gripper_inertia;
 pub(crate) mod latency;
 pub(crate) mod mass_change;
+pub(crate) mod mass_spread;
 pub(crate) mod obstacle_contact;
 pub(crate) mod quadratic_drag;
 pub(crate) mod saturation;

@@ -78,6 +78,30 @@ fn an_offset_mass_centre_equals_a_body_with_that_mass_centre() {
 }
 
 #[test]
+fn another_spread_of_the_mass_equals_a_body_with_that_inertia() {
+    let spread =
+        table(22.0).with(wheel(15.0, 180.0)).with(effect(Kind::MassSpread, &[("inertia_factor", 1.44)]));
+    let mut wide = table(22.0).with(wheel(15.0, 180.0));
+    wide.body.gyration *= 1.2;
+    let motion = |model: &Model| roll(&model.resolved().unwrap(), start(), 500, |t| clock(t, DT));
+    assert_same(&motion(&spread), &motion(&wide), 1e-11);
+}
+
+#[test]
+fn a_gripper_adds_its_inertia_to_another_spread_in_any_order() {
+    let (spread, gripper) = (
+        effect(Kind::MassSpread, &[("inertia_factor", 1.5)]),
+        effect(Kind::GripperInertia, &[("mass", 2.0)]),
+    );
+    let inertia = |model: Model| model.resolved().unwrap().rigid(clock(1.0, DT)).inertia;
+    let first = inertia(table(22.0).with(spread.clone()).with(gripper.clone()));
+    assert_eq!(first, inertia(table(22.0).with(gripper.clone()).with(spread)));
+    let own = table(22.0).resolved().unwrap().object(clock(1.0, DT)).inertia;
+    let bare = inertia(table(22.0).with(gripper));
+    assert!((first - bare - 0.5 * own).abs() < 1e-12, "{first} is not {bare} + half of {own}");
+}
+
+#[test]
 fn an_added_load_keeps_the_velocity_and_scales_the_inertia() {
     let load = [("episode", 1.0), ("time", 0.5), ("mass", 7.0)];
     let plant = table(22.0).with(effect(Kind::MassChange, &load)).resolved().unwrap();
