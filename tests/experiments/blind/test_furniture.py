@@ -109,6 +109,7 @@ def test_an_effect_of_full_size_has_an_influence(name: str) -> None:
 SIMPLE = {
     "coulomb_friction": 0.01,
     "com_offset": 0.01,
+    "mass_spread": 0.01,
     "floor_slope": 0.002,
     "floor_patch": 0.03,  # soft edges
     "floor_grain": 0.002,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from trundle import TrundleError
-from trundle.experiments.blind.families import CATALOGUE
+from trundle.experiments.blind.families import CATALOGUE, LATER_EFFECTS
 from trundle.experiments.blind.result_files import ResultFiles
 from trundle.experiments.blind.settings import read
 
@@ -40,12 +40,19 @@ def test_results_of_the_first_benchmarks_are_read(part: str) -> None:
         assert row["truth"].keys() >= {"outside", "attempts", "digest"}
 
 
-def test_omitted_lists_mean_all(tmp_path: Path) -> None:
+def test_omitted_lists_mean_all_effects_of_the_first_benchmarks(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text(FILE)
     settings = read(path, "tune")
-    assert settings.effects == tuple(CATALOGUE)
+    assert (*settings.effects, *LATER_EFFECTS) == tuple(CATALOGUE)
     assert (settings.first, settings.sizes) == (42, (1.0, 0.5))
+
+
+@pytest.mark.parametrize("name", LATER_EFFECTS)
+def test_later_effects_are_chosen_by_name(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(FILE.replace("clean = 1", f'clean = 1\neffects = ["{name}"]'))
+    assert read(path, "tune").effects == (name,)
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,7 @@ DIRECT = {
     "swinging_load": ("mass",),
     "gripper_inertia": ("mass",),
     "com_offset": ("com_x", "com_y"),
+    "mass_spread": ("inertia_factor",),
     "coulomb_friction": ("force",),
     "force_bias": ("force_x", "force_y"),
     "latency": ("delay",),

@@ -268,8 +268,10 @@ def read(path: Path, which: str) -> Settings:
 def resolve(
     path: Path, names: tuple[str, ...], known: Iterable[str], accepted: Mapping[str, Any] | None = None
 ) -> tuple[str, ...]:
-    """Return names of families, all known ones for "all". Names in `accepted` are also valid."""
+    """Return names of families, those of the first benchmarks for "all". `accepted` are valid too."""
     for name in names:
         if name != "all" and name not in (accepted or known):
             raise TrundleError(f"{path}: unknown family '{name}'; choose from {', '.join(known)}")
-    return tuple(known) if names == ("all",) else names
+    if names != ("all",):
+        return names
+    return tuple(name for name in known if name not in families.LATER_EFFECTS)

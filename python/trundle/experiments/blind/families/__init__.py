@@ -10,7 +10,7 @@ from trundle.experiments.blind.families.sensing import OUT_OF_CATALOGUE_SENSING,
 from trundle.experiments.blind.families.surroundings import SURROUNDINGS
 from trundle.experiments.blind.family import Family
 
-__all__ = ["CATALOGUE", "INDISTINGUISHABLE_PAIRS", "UNKNOWN", "selected"]
+__all__ = ["CATALOGUE", "INDISTINGUISHABLE_PAIRS", "LATER_EFFECTS", "UNKNOWN", "selected"]
 
 ORDER = """
 coulomb_friction caster_swivel second_wheel com_offset floor_slope floor_patch floor_grain wheel_event
@@ -25,7 +25,9 @@ def selected(families: Mapping[str, Family], names: Iterable[str]) -> dict[str, 
     return {name: families[name] for name in names}
 
 
-CATALOGUE = selected({**BODIES, **SURROUNDINGS, **SENSING}, ORDER.split())
+LATER_EFFECTS = ("mass_spread",)
+"""Effects that are not among "all" of a benchmark, which was drawn before they were in the catalogue."""
+CATALOGUE = selected({**BODIES, **SURROUNDINGS, **SENSING}, (*ORDER.split(), *LATER_EFFECTS))
 """Effects of the catalogue by name."""
 UNKNOWN: Mapping[str, Family] = {**FORCES, **OUT_OF_CATALOGUE_SENSING}
 """Families without a law in the catalogue. The correct answer is "unexplained"."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -102,22 +103,29 @@ def draw_com_offset(rng: np.random.Generator, scene: Scene, paths: Sequence[Floa
     return {"x": float(size * np.cos(turn)), "y": float(size * np.sin(turn))}
 
 
-def build_com_offset(context: Context, values: Values) -> None:
-    """Move the inertia of the object; the inertia about the mass centre is unchanged."""
+def set_inertia(context: Context, offset: tuple[float, float], factor: float) -> None:
+    """Move the mass centre of the object, and scale the inertia about it."""
     body, table = context.spec.compile().body("table"), context.table
     flat = np.empty(9)
     mujoco.mju_quat2Mat(flat, body.iquat)
     frame = flat.reshape(3, 3)
-    spin = float((frame @ np.diag(body.inertia) @ frame.T)[2, 2])
+    spin = factor * float((frame @ np.diag(body.inertia) @ frame.T)[2, 2])
     x, y, z = body.ipos
     table.explicitinertial, table.mass = True, float(body.mass[0])
-    table.ipos, table.iquat = [x + values["x"], y + values["y"], z], [1.0, 0.0, 0.0, 0.0]
+    table.ipos, table.iquat = [x + offset[0], y + offset[1], z], [1.0, 0.0, 0.0, 0.0]
     table.inertia = [spin, spin, spin]
 
 
 def mass_centre(scene: Scene, values: Values) -> list[float]:
     """Return the mass centre in the object's frame."""
     return [float(c + values[axis]) for c, axis in zip(scene.shape.centroid, "xy", strict=True)]
+
+
+def draw_mass_spread(rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+    """Return the logarithm of a factor of the inertia: mass in the middle, or at the edge."""
+    inwards = rng.random() < 0.5
+    limits = (np.log(0.4), np.log(0.75)) if inwards else (np.log(1.35), np.log(2.5))
+    return {"log_factor": float(rng.uniform(*limits))}
 
 
 def draw_mass_change(rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
@@ -188,9 +196,16 @@ BODIES = by_name(
         "com_offset",
         draw_com_offset,
         ("x", "y"),
-        build=build_com_offset,
+        build=lambda context, v: set_inertia(context, (v["x"], v["y"]), 1.0),
         parameters=lambda scene, v: dict(zip(("com_x", "com_y"), mass_centre(scene, v), strict=True)),
         where=lambda scene, v: {"body_point": mass_centre(scene, v)},
+    ),
+    Family(
+        "mass_spread",
+        draw_mass_spread,
+        ("log_factor",),
+        build=lambda context, v: set_inertia(context, (0.0, 0.0), math.exp(v["log_factor"])),
+        parameters=lambda scene, v: {"inertia_factor": math.exp(v["log_factor"])},
     ),
     Family(
         "wheel_event",

@@ -276,6 +276,11 @@ def com_offset(values: Values, context: Context, trait: InertialProperties) -> N
     trait.x, trait.y = trait.x + values["x"], trait.y + values["y"]
 
 
+def mass_spread(values: Values, context: Context, trait: InertialProperties) -> None:
+    """Scale the inertia about the mass centre."""
+    trait.inertia *= math.exp(values["log_factor"])
+
+
 def happened(values: Values, context: Context) -> Callable[[float], bool]:
     """Return a function that reports whether an event has happened at a time of an episode."""
     if context.episode != values["episode"]:
@@ -314,6 +319,7 @@ CHANGES: dict[str, Callable[[Values, Context, InertialProperties], None]] = {
     "com_offset": com_offset,
     "leaking_load": lambda v, context, trait: trait.factors.append(lambda t: remaining_mass(context, v, t)),
     "mass_change": mass_change,
+    "mass_spread": mass_spread,
     "warming_wheel": lambda v, context, trait: trait.wheel_factors.append(
         lambda t: (warming_factor(v, t),) * 2
     ),
