@@ -24,7 +24,7 @@ impl Eligibility<'_> {
             .candidate
             .added
             .iter()
-            .filter_map(|e| e.kind.limiting_kind())
+            .flat_map(|e| e.kind.limiting_kinds().concat())
             .map(|kind| name(&Effect::free(kind)));
         let names: Vec<&str> = self.candidate.names().into_iter().chain(simpler).collect();
         other.names().iter().all(|name| names.contains(name))
@@ -65,6 +65,7 @@ mod tests {
         let candidate = of(&[Kind::AxisFriction, Kind::SwingingLoad, Kind::FloorPatch]);
         let eligibility = Eligibility { index: 0, candidate: &candidate, immaterial: vec![1] };
         assert!(eligibility.allows(&of(&[Kind::FloorPatch])) && eligibility.allows(&of(&[Kind::ComOffset])));
+        assert!(eligibility.allows(&of(&[Kind::ComOffset, Kind::MassSpread])));
         assert!(!eligibility.allows(&of(&[Kind::AxisFriction, Kind::SpinDrag])));
         assert!(eligibility.is_reduced_to(&of(&[Kind::FloorPatch, Kind::AxisFriction])));
         assert!(

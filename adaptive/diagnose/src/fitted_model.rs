@@ -89,6 +89,17 @@ impl Effort {
     }
 }
 
+/// Sets of kinds in which simpler laws replace one effect. Sets in which a law would act twice are left out.
+pub(crate) fn simpler_sets(added: &[Effect]) -> impl Iterator<Item = Vec<Kind>> {
+    (0..added.len()).flat_map(move |k| {
+        let limits = added[k].kind.limiting_kinds();
+        let rest: Vec<Kind> =
+            added.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, e)| e.kind).collect();
+        let is_new = |limit: &&&[Kind]| limit.iter().all(|kind| !rest.contains(kind));
+        limits.iter().filter(is_new).map(|limit| [&rest, *limit].concat()).collect::<Vec<_>>()
+    })
+}
+
 /// The best tried model with effects of the given kinds.
 pub(crate) fn with_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
     kinds.sort();
@@ -97,4 +108,24 @@ pub(crate) fn with_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<
         own.sort();
         own == kinds
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::simpler_sets;
+    use trundle_model::{Effect, Kind};
+
+    #[test]
+    fn simpler_laws_replace_one_effect_and_act_once() {
+        use Kind::{ComOffset, Latency, MassSpread, SwingingLoad};
+        let of = |kinds: &[Kind]| {
+            let added: Vec<Effect> = kinds.iter().map(|&kind| Effect::free(kind)).collect();
+            simpler_sets(&added).collect::<Vec<_>>()
+        };
+        let with_delay = [vec![ComOffset], vec![MassSpread], vec![ComOffset, MassSpread]]
+            .map(|limit| [vec![Latency], limit].concat());
+        assert_eq!(of(&[Latency, SwingingLoad]), with_delay);
+        assert_eq!(of(&[ComOffset, SwingingLoad]), [[ComOffset, MassSpread]]);
+        assert!(of(&[ComOffset, MassSpread]).is_empty());
+    }
 }

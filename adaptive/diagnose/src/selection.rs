@@ -5,14 +5,13 @@ use crate::cross_validation::{LeftOutPrediction, cross_validate};
 use crate::effect_report::without_effect;
 use crate::eligibility::{Eligibility, INELIGIBLE};
 use crate::engine::Engine;
-use crate::fitted_model::FittedModel;
-use crate::fitted_model::with_kinds;
+use crate::fitted_model::{FittedModel, simpler_sets, with_kinds};
 use crate::search::SearchResult;
 use crate::thresholds::{MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 use trundle_infer::{Fit, IDENTIFIED_SD, InferError, Watch, unscored_time};
-use trundle_model::{Kind, Param};
+use trundle_model::Param;
 
 /// Most models whose effects are checked on left-out episodes.
 const MAX_CHECKED_MODELS: usize = 24;
@@ -180,17 +179,14 @@ impl Selector<'_> {
         Ok(found)
     }
 
-    /// Whether a model with a simpler law in place of one effect predicts left-out episodes almost as well.
-    /// The simpler law is then named.
+    /// Whether a model with simpler laws in place of one effect predicts left-out episodes almost as well.
+    /// The simpler laws are then named.
     fn simpler_law_suffices(
         &self,
         candidate: &FittedModel,
         cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<bool, InferError> {
-        for (k, effect) in candidate.added.iter().enumerate() {
-            let Some(simpler) = effect.kind.limiting_kind() else { continue };
-            let mut kinds: Vec<Kind> = candidate.added.iter().map(|e| e.kind).collect();
-            kinds[k] = simpler;
+        for kinds in simpler_sets(&candidate.added) {
             let Some(other) = with_kinds(&self.found.tried, kinds) else { continue };
             let with = self.misfit(candidate, candidate, cache)?;
             if with.error_ratio(&self.misfit(other, candidate, cache)?) < MIN_MATERIAL_ERROR_RATIO {

@@ -104,6 +104,18 @@ fn a_slope_is_not_named_an_offset() {
 }
 
 #[test]
+fn a_fixed_load_is_not_named_a_swinging_one() {
+    let truth = locked()
+        .with(effect(Kind::ComOffset, &[("com_x", 0.2), ("com_y", -0.1)]))
+        .with(effect(Kind::MassSpread, &[("inertia_factor", 0.6)]));
+    let answer = json(&diagnosed(&World::of(truth), 5, None).answer);
+    let mut found = names(&answer);
+    found.sort();
+    assert!(["com_offset", "tracker_offset"].contains(&found[0].as_str()), "{found:?}");
+    assert_eq!(found[1..], ["mass_spread"]);
+}
+
+#[test]
 fn two_effects_are_both_named() {
     let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
     let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);

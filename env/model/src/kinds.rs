@@ -42,13 +42,16 @@ impl Kind {
         self == Self::CoulombFriction
     }
 
-    /// Simpler law to which this kind reduces at the limit of its parameters: thinning drag is dry friction at exponent
-    /// zero, and a load on stiff springs only shifts the mass centre.
-    pub fn limiting_kind(self) -> Option<Self> {
+    /// Simpler laws to which this kind reduces at a limit of its parameters, in sets that act together: thinning drag
+    /// is dry friction at exponent zero, and a load on stiff springs only changes the mass centre and the inertia. A set is
+    /// listed after its subsets.
+    pub fn limiting_kinds(self) -> &'static [&'static [Self]] {
         match self {
-            Self::ThinningDrag => Some(Self::SupportFriction),
-            Self::SwingingLoad => Some(Self::ComOffset),
-            _ => None,
+            Self::ThinningDrag => &[&[Self::SupportFriction]],
+            Self::SwingingLoad => {
+                &[&[Self::ComOffset], &[Self::MassSpread], &[Self::ComOffset, Self::MassSpread]]
+            }
+            _ => &[],
         }
     }
 

@@ -6,8 +6,7 @@
 
 use super::fitting::Stages;
 use super::{MAX_FURTHER_KINDS, Searcher, job, kinds, with_refinements};
-use crate::fitted_model::with_kinds;
-use crate::fitted_model::{FittedModel, Job};
+use crate::fitted_model::{FittedModel, Job, simpler_sets, with_kinds};
 use crate::proposals::has_shape;
 use crate::thresholds::MIN_SIGNIFICANT_GAIN_NATS;
 use std::collections::BTreeSet;
@@ -143,18 +142,50 @@ impl Searcher<'_> {
     }
 
     /// Replace effects of the best model by the simpler laws that they contain. Left-out episodes decide
-    /// which law is needed.
+    /// which laws are needed.
     pub(super) fn simpler(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
-        let mut jobs = vec![];
-        for (k, effect) in best.added.iter().enumerate() {
-            let (rest, _) = self.split_off(&best, k);
-            let offered = self.offered(&rest);
-            let simpler: Vec<Kind> =
-                effect.kind.limiting_kind().into_iter().filter(|s| offered.contains(s)).collect();
-            jobs.extend(self.jobs(&rest, &simpler, 1, 1)?);
+        // A set of laws starts from the fit of its first ones.
+        for size in 1.. {
+            let (mut jobs, mut is_last) = (vec![], true);
+            for (k, effect) in best.added.iter().enumerate() {
+                let (rest, _) = self.split_off(&best, k);
+                for limit in effect.kind.limiting_kinds() {
+                    is_last &= limit.len() <= size;
+                    if limit.len() == size {
+                        jobs.extend(self.limit_job(&rest, limit, tried)?);
+                    }
+                }
+            }
+            self.fit_all("simpler laws", jobs, tried)?;
+            if is_last {
+                break;
+            }
         }
-        self.fit_all("simpler laws", jobs, tried)
+        Ok(())
+    }
+
+    /// The fit of a model with further laws, of which the last is added to the fitted model with the others. It also
+    /// starts from the values of the model without these laws.
+    fn limit_job(
+        &self,
+        rest: &FittedModel,
+        laws: &[Kind],
+        tried: &[FittedModel],
+    ) -> Result<Option<Job>, InferError> {
+        let Some((&last, others)) = laws.split_last() else { return Ok(None) };
+        let fitted = with_kinds(tried, [&kinds(&rest.added), others].concat());
+        let parent = if others.is_empty() { Some(rest) } else { fitted };
+        let Some(parent) = parent.filter(|parent| self.offered(parent).contains(&last)) else {
+            return Ok(None);
+        };
+        // Far from its optimum, a screen may find no gain of a law.
+        let screened = self.jobs(parent, &[last], 1, 1)?.pop();
+        let mut job = screened.unwrap_or_else(|| self.unscreened(parent, last));
+        let from_rest =
+            job.warm.first().map(|fill| transferred_values(&rest.fit, &self.model(&job.added), fill));
+        job.warm.extend(from_rest);
+        Ok(Some(job))
     }
 
     /// Fit every subset of the best model's effects, so that each effect can be judged in combination with
@@ -164,19 +195,15 @@ impl Searcher<'_> {
     /// optimum, and an effect that is added to a badly placed one seems to be needed.
     pub(super) fn fit_subsets(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
-        let with_simpler = best.added.iter().enumerate().filter_map(|(k, effect)| {
-            let mut kinds: Vec<Kind> = best.added.iter().map(|e| e.kind).collect();
-            kinds[k] = effect.kind.limiting_kind()?;
-            with_kinds(tried, kinds).cloned()
-        });
+        let with_simpler = simpler_sets(&best.added).filter_map(|kinds| with_kinds(tried, kinds).cloned());
         let full_models: Vec<FittedModel> = std::iter::once(best.clone()).chain(with_simpler).collect();
-        let count = best.added.len();
-        for size in
-            (1..count).rev().take_while(|size| count <= MAX_EFFECTS_FOR_ALL_SUBSETS || size + 2 >= count)
-        {
-            let of = |full| {
-                let subsets =
-                    (1..(1usize << count) - 1).filter(|subset| subset.count_ones() as usize == size);
+        let largest = full_models.iter().map(|full| full.added.len()).max().unwrap_or(0);
+        for size in (1..largest).rev() {
+            let of = |full: &FittedModel| {
+                let count = full.added.len();
+                let is_fitted = count <= MAX_EFFECTS_FOR_ALL_SUBSETS || size + 2 >= count;
+                let every = 1..(1usize << count) - 1;
+                let subsets = every.filter(|subset| is_fitted && subset.count_ones() as usize == size);
                 subsets.map(|subset| self.subset_job(full, subset, tried)).collect::<Vec<Job>>()
             };
             let mut seen = BTreeSet::new();

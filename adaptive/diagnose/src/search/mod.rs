@@ -19,8 +19,7 @@ mod start;
 use crate::answer::Verdict;
 use crate::candidates::name;
 use crate::engine::Engine;
-use crate::fitted_model::with_kinds;
-use crate::fitted_model::{FittedModel, Job};
+use crate::fitted_model::{FittedModel, Job, simpler_sets, with_kinds};
 use crate::lack_of_fit::LackOfFit;
 use crate::linearisation::Start;
 use crate::locate::Located;
@@ -239,15 +238,8 @@ impl Searcher<'_> {
             self.backfit_shapes_of(&kinds(&parent.added), tried)?;
         }
         let mut parents = best(tried);
-        let simpler = |t: &FittedModel| {
-            with_kinds(tried, t.added.iter().map(|e| e.kind.limiting_kind().unwrap_or(e.kind)).collect())
-        };
-        let with_simpler: Vec<FittedModel> = parents
-            .iter()
-            .filter(|t| t.added.iter().any(|e| e.kind.limiting_kind().is_some()))
-            .filter_map(simpler)
-            .cloned()
-            .collect();
+        let simpler = |t: &FittedModel| simpler_sets(&t.added).find_map(|kinds| with_kinds(tried, kinds));
+        let with_simpler: Vec<FittedModel> = parents.iter().filter_map(simpler).cloned().collect();
         parents.extend(with_simpler);
         let mut jobs = Vec::new();
         for first in &parents {
