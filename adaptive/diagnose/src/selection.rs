@@ -197,7 +197,7 @@ impl Selector<'_> {
     }
 
     /// Indices of a model's immaterial effects. Without such an effect, left-out episodes are predicted
-    /// almost as well, or prediction errors hardly exceed the instruments' noise.
+    /// almost as well. All are immaterial if the errors of the nominal model hardly exceed the instruments' noise.
     fn immaterial_effects(
         &self,
         candidate: &FittedModel,
@@ -211,10 +211,7 @@ impl Selector<'_> {
         }
         for k in 0..candidate.added.len() {
             let needed = match without_effect(self.found, candidate, k) {
-                Some(simpler) => {
-                    with.error_ratio(&misfit(simpler)?) >= MIN_MATERIAL_ERROR_RATIO
-                        && self.engine.errs_beyond_noise(simpler)?
-                }
+                Some(simpler) => with.error_ratio(&misfit(simpler)?) >= MIN_MATERIAL_ERROR_RATIO,
                 None => false,
             };
             if !needed {
