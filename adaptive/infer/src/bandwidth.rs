@@ -15,7 +15,7 @@
 
 use std::f64::consts::TAU;
 use trundle_model::{Clock, Plant};
-use trundle_record::{Noise, Prepared};
+use trundle_record::{Noise, Prepared, mean_pose_noise};
 
 /// Minimum noise of a wrench sample as a share of the recorded wrench (root mean square): the accuracy of a
 /// good force-torque sensor. It applies to commands, whose noise is zero.
@@ -33,11 +33,12 @@ pub(crate) fn force_bandwidth(
 ) -> Option<f64> {
     let spacing = spacing(episodes)?;
     let (force, torque) = wrench_noise(episodes, noise);
+    let pose = mean_pose_noise(episodes.iter(), noise);
     let one = |plant: &&Plant<f64>| {
         let rigid = plant.rigid(Clock::since_contact(0.0));
         let inertia = [rigid.mass, rigid.mass, rigid.inertia];
         (0..3).filter(|&k| dof[k]).map(move |k| {
-            let unit = inertia[k] * noise.pose[k];
+            let unit = inertia[k] * pose[k];
             let tolerated = if k < 2 { force } else { torque };
             (18.0 * tolerated * tolerated / (unit * unit * spacing)).powf(0.2) / TAU
         })

@@ -48,11 +48,11 @@ pub fn windows(
         let windows = filter.predict_windows(&track, &known, WINDOW_S).unwrap_or_default();
         return Ok(windows.into_iter().map(|samples| samples.map(|samples| Window { samples })).collect());
     }
-    let curve = Arc::new(Curve::with_noise(episode, noise));
+    let (curve, timing) = (Arc::new(Curve::with_noise(episode, noise)), episode.timing_variances(noise));
     let found = window_starts(episode, noise).into_iter().map(|(index, motion)| {
         let end = motion.t + WINDOW_S;
         let count = episode.pose[index..].partition_point(|p| p.t <= end + 1e-9);
-        let track = Track::between(episode, &curve, index, index + count, &motion);
+        let track = Track::between(episode, &curve, index, index + count, &motion, &timing);
         filter.predict_only(&track).map(|samples| Window { samples })
     });
     Ok(found.collect())

@@ -35,6 +35,8 @@ pub struct Step {
     pub spread: [f64; 3],
     /// Pose measured at the end.
     pub pose: Option<[f64; 3]>,
+    /// Variances of that pose due to the error of its time stamp.
+    pub timing_variance: [f64; 3],
 }
 
 impl Step {
@@ -105,9 +107,11 @@ impl Track {
         let min_spacing = MIN_POSE_SPACING * max_step;
         let mut steps = Vec::new();
         let mut from = poses[first].t;
-        for pose in &poses[first + 1..] {
+        let timing = episode.timing_variances(noise);
+        for (index, pose) in poses.iter().enumerate().skip(first + 1) {
             if pose.t - from > 0.99 * min_spacing {
                 cut_into_steps(from, pose, &curve, max_step, &mut steps);
+                set_timing_variance(&mut steps, &timing, index);
                 from = pose.t;
             }
         }
@@ -115,17 +119,20 @@ impl Track {
         Ok(Self { name: episode.name.clone(), start: poses[first].t, pose, twist, tare, steps, curve })
     }
 
-    /// The poses `first + 1..end` of an episode, from a known state at the pose `first`.
+    /// The poses `first + 1..end` of an episode, from a known state at the pose `first`. `timing`: see
+    /// [`Prepared::timing_variances`].
     pub(crate) fn between(
         episode: &Prepared,
         curve: &Arc<Curve>,
         first: usize,
         end: usize,
         known: &Motion,
+        timing: &[[f64; 3]],
     ) -> Self {
         let mut steps = Vec::new();
-        for pair in episode.pose[first..end.max(first + 1)].windows(2) {
+        for (index, pair) in (first + 1..).zip(episode.pose[first..end.max(first + 1)].windows(2)) {
             cut_into_steps(pair[0].t, &pair[1], curve, curve.max_step(), &mut steps);
+            set_timing_variance(&mut steps, timing, index);
         }
         Self {
             name: episode.name.clone(),
@@ -205,6 +212,13 @@ fn start(episode: &Prepared, noise: &Noise, first: usize) -> (WithVariance, With
     }
 }
 
+/// Set the variance of the pose at the end of the last step, which is number `index` of the episode.
+fn set_timing_variance(steps: &mut [Step], timing: &[[f64; 3]], index: usize) {
+    if let (Some(step), Some(variance)) = (steps.last_mut(), timing.get(index)) {
+        step.timing_variance = *variance;
+    }
+}
+
 /// Divides the time between two poses into equal steps.
 pub(crate) fn cut_into_steps(
     from: f64,
@@ -220,7 +234,8 @@ pub(crate) fn cut_into_steps(
         let MeanReading { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
         let clock = curve.clock_of_step(begin + dt / 2.0, dt, frame, spacing);
-        steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, spread, pose });
+        let thinning = spacing / dt;
+        steps.push(Step { dt, reading, frame, clock, thinning, spread, pose, timing_variance: [0.0; 3] });
     }
 }
 

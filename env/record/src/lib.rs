@@ -43,8 +43,8 @@ pub use motion::{
 };
 pub use prepare::{
     Counts, Dataset, Noise, Options as PrepareOptions, PoseSample, Prepared, ReadingAxes, TareMethod,
-    Wrench6, WrenchPose, WrenchSample, force_moment_transform, planar_transform, prepare, prepare_with,
-    relative_pose, wrapped,
+    Wrench6, WrenchPose, WrenchSample, force_moment_transform, mean_pose_noise, planar_transform, prepare,
+    prepare_with, relative_pose, wrapped,
 };
 pub use recording::Recording;
 pub use replace::{recover_folder, replace_folder};

@@ -105,7 +105,7 @@ impl Gains {
             let mut update = [None; 3];
             for k in (0..3).filter(|&k| dof[k]) {
                 let column: FilterState = covariance.column(k).into_owned();
-                let variance = (column[k] + channels.pose[k].powi(2)).max(1e-18);
+                let variance = (column[k] + interval.pose_variance(channels)[k]).max(1e-18);
                 let gain = column / variance;
                 covariance -= gain * column.transpose();
                 gains.normaliser += 0.5 * (TAU * variance).ln();
@@ -226,7 +226,7 @@ impl Gains {
             for (transition, step) in self.transition.iter().zip(history).take(to + 1).skip(from + 1) {
                 covariance = transition * covariance * transition.transpose() + step.process;
             }
-            let noise = Matrix3::from_diagonal(&Vector3::from(channels.pose.map(|s| s * s)));
+            let noise = Matrix3::from_diagonal(&Vector3::from(path.intervals[to].pose_variance(channels)));
             predictions.push(WindowPrediction {
                 from,
                 to,

@@ -306,10 +306,12 @@ impl PathLikelihood {
 
     /// Time at the end of each interval and the standard deviations of the pose predicted there.
     pub fn predicted_sds(&self) -> Vec<Vec<(f64, [f64; 3])>> {
-        let noise = self.channels.pose.map(|s| s * s);
         let one = |(path, gains): (&Path, &Gains)| {
-            let sd = |v: [f64; 3]| [0, 1, 2].map(|k| (v[k] - noise[k]).max(0.0).sqrt());
-            path.intervals.iter().zip(gains.variances()).map(|(i, v)| (i.t + i.span, sd(v))).collect()
+            let sd = |interval: &Interval, v: [f64; 3]| {
+                let noise = interval.pose_variance(&self.channels);
+                [0, 1, 2].map(|k| (v[k] - noise[k]).max(0.0).sqrt())
+            };
+            path.intervals.iter().zip(gains.variances()).map(|(i, v)| (i.t + i.span, sd(i, v))).collect()
         };
         self.paths.iter().zip(&self.gains).map(one).collect()
     }

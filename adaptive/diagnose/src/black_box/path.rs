@@ -1,7 +1,7 @@
 //! An episode as intervals between poses, each with the smoothed motion. A black-box simulator is compared with
 //! it.
 
-use trundle_infer::{InferError, Readings, StateVector, Step, Track};
+use trundle_infer::{Channels, InferError, Readings, StateVector, Step, Track};
 use trundle_model::{Clock, State};
 use trundle_record::{Motion, Noise, Prepared};
 
@@ -30,6 +30,12 @@ pub(crate) struct Interval {
 }
 
 impl Interval {
+    /// Variances of the measured pose: of the tracker, and of the error of its time stamp.
+    pub fn pose_variance(&self, channels: &Channels) -> [f64; 3] {
+        let timing = self.steps.last().map_or([0.0; 3], |step| step.timing_variance);
+        [0, 1, 2].map(|k| channels.pose[k].powi(2) + timing[k])
+    }
+
     /// Clock of the midpoint, at which laws are evaluated.
     pub fn clock(&self) -> Clock {
         let first = self.steps[0].clock;

@@ -24,6 +24,8 @@ pub struct Innovation {
 pub(super) struct PoseInnovation<const N: usize> {
     pub t: f64,
     pub error: Vector3<f64>,
+    /// Variances of the measured pose.
+    pub noise: [f64; 3],
     pub covariance: Matrix3<f64>,
     pub gain: SMatrix<f64, N, POSE_STATES>,
     pub whitener: Matrix3<f64>,
@@ -58,7 +60,7 @@ impl<const N: usize> PoseInnovation<N> {
             }
         }
         cost -= density.ln();
-        cost.is_finite().then_some(Self { t, error, covariance, gain, whitener, cost })
+        cost.is_finite().then_some(Self { t, error, noise, covariance, gain, whitener, cost })
     }
 
     pub fn innovation(&self) -> Innovation {

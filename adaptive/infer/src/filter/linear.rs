@@ -20,7 +20,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             t += step.dt;
             let mut seen = None;
             if let Some(pose) = step.pose {
-                let innovation = self.observe(&belief, t, pose)?;
+                let innovation = self.observe(&belief, t, pose, step)?;
                 innovations.extend((innovation.whitener * innovation.error).iter());
                 seen = Some((innovation.gain, innovation.whitener));
                 self.update(&mut belief, &innovation);

@@ -135,7 +135,7 @@ impl<const N: usize, const D: usize> EpisodeFilter for Filter<N, D> {
             t += step.dt;
             let predicted = belief.clone();
             if let Some(seen) = step.pose {
-                let innovation = self.observe(&belief, t, seen)?;
+                let innovation = self.observe(&belief, t, seen, step)?;
                 self.update(&mut belief, &innovation);
             }
             stages.push(Stage { transition, predicted, filtered: belief.clone(), frame: step.frame, t });
@@ -175,7 +175,7 @@ impl<const N: usize, const D: usize> EpisodeFilter for Filter<N, D> {
             self.predict(&mut belief, step, &track.curve);
             t += step.dt;
             if let Some(seen) = step.pose {
-                let innovation = self.observe(&belief, t, seen)?;
+                let innovation = self.observe(&belief, t, seen, step)?;
                 self.update(&mut belief, &innovation);
             }
         }
@@ -227,7 +227,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
                 break;
             }
             if let Some(seen) = step.pose {
-                let innovation = self.observe(&belief, t, seen)?;
+                let innovation = self.observe(&belief, t, seen, step)?;
                 show(&innovation);
                 self.update(&mut belief, &innovation);
             }
@@ -248,7 +248,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             self.predict(&mut belief, step, curve);
             t += step.dt;
             if let Some(seen) = step.pose {
-                predictions.push(self.observe(&belief, t, seen)?.innovation());
+                predictions.push(self.observe(&belief, t, seen, step)?.innovation());
             }
         }
         Some(predictions)
@@ -355,13 +355,16 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         transition
     }
 
-    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<PoseInnovation<N>> {
-        PoseInnovation::new(belief, t, seen, self.dof, self.pose_noise)
+    /// Innovation of the pose measured at the end of a step.
+    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3], step: &Step) -> Option<PoseInnovation<N>> {
+        let timing = |k: usize| if self.dof[k] { step.timing_variance[k] } else { 0.0 };
+        let noise = [0, 1, 2].map(|k| self.pose_noise[k] + timing(k));
+        PoseInnovation::new(belief, t, seen, self.dof, noise)
     }
 
     fn update(&self, belief: &mut Belief<N>, seen: &PoseInnovation<N>) {
         belief.mean += seen.gain * seen.error;
-        belief.covariance = corrected(&belief.covariance, &seen.gain, self.pose_noise);
+        belief.covariance = corrected(&belief.covariance, &seen.gain, seen.noise);
     }
 }
 

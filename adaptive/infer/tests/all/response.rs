@@ -3,7 +3,7 @@
 
 use trundle_fixtures::{NOISE, World, locked};
 use trundle_infer::MotionLikelihood;
-use trundle_record::Prepared;
+use trundle_record::{Noise, Prepared};
 
 /// Whitened innovations of one push.
 fn whitened(push: &Prepared) -> Vec<f64> {
@@ -42,6 +42,31 @@ fn a_missing_wrench_adds_the_predicted_response() {
     let size = changed.iter().map(|c| c * c).sum::<f64>().sqrt();
     let apart = changed.iter().zip(&predicted).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     assert!(size > 0.5 && apart < 0.03 * size, "{size} {apart}");
+}
+
+/// Poses whose time stamps err by up to this time, s.
+const TIME_ERROR_S: f64 = 6e-3;
+
+#[test]
+fn innovations_are_white_with_errors_of_the_time_stamps() {
+    let mut pushes = World::of(locked()).pushes(4, 6);
+    for pose in pushes.iter_mut().flat_map(|push| &mut push.pose) {
+        // Uniform between the bounds.
+        let share = (pose.t * 7919.0 * std::f64::consts::PI).fract();
+        pose.t += TIME_ERROR_S * (2.0 * share - 1.0);
+    }
+    let mean = |time: f64| {
+        let noise = Noise { time, ..NOISE };
+        let motion = MotionLikelihood::new(&pushes, &noise).unwrap();
+        let values: Vec<f64> = locked().slots().iter().filter_map(|s| s.value).collect();
+        let innovations = motion.innovations(&locked(), &values).unwrap().unwrap();
+        let whitened: Vec<f64> =
+            innovations.iter().flatten().map(|i| (i.whitener * i.error).norm_squared() / 3.0).collect();
+        whitened.iter().sum::<f64>() / whitened.len() as f64
+    };
+    let (stated, ignored) = (mean(TIME_ERROR_S / 3f64.sqrt()), mean(0.0));
+    assert!((0.8..1.2).contains(&stated), "{stated}");
+    assert!(ignored > 1.5, "{ignored}");
 }
 
 #[test]

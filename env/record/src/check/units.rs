@@ -2,7 +2,7 @@
 
 use crate::episode::Gripper;
 use crate::metadata::{Contact, Reference};
-use crate::prepare::{latest, median, quantile, relative_pose};
+use crate::prepare::{latest, mean_pose_noise, median, quantile, relative_pose};
 
 use super::data::EpisodeData;
 use super::finding::{Finding, Severity};
@@ -245,9 +245,14 @@ pub(crate) fn noise(input: &CheckInput) -> Vec<Finding> {
         return vec![]; // too few for an estimate
     }
     let names = ["x", "y", "theta"];
+    // Errors of the time stamps are part of the estimate.
+    let expected = mean_pose_noise(
+        input.data.episodes.iter().map(|episode| episode.prepared),
+        &input.data.dataset.noise,
+    );
     let axes = (0..3).filter(|&k| input.data.dataset.dof[k]);
     let inconsistent = axes.filter(|&k| {
-        estimated[k] > MAX_APPARENT_NOISE.max(MAX_ESTIMATED_NOISE_RATIO * stated.pose[k])
+        estimated[k] > MAX_APPARENT_NOISE.max(MAX_ESTIMATED_NOISE_RATIO * expected[k])
             || (estimated[k] > MIN_TRACKER_SD && stated.pose[k] > MAX_STATED_NOISE_RATIO * estimated[k])
     });
     let finding = |k: usize| {

@@ -70,6 +70,7 @@ fn key(pose: &[PoseSample], noise: &Noise, rest_until: Option<f64>) -> u64 {
         [sample.t, sample.pose[0], sample.pose[1], sample.pose[2]].map(f64::to_bits).hash(&mut hasher);
     }
     noise.pose.map(f64::to_bits).hash(&mut hasher);
+    noise.time.to_bits().hash(&mut hasher);
     rest_until.map(f64::to_bits).hash(&mut hasher);
     hasher.finish()
 }

@@ -21,6 +21,8 @@ pub(crate) struct Axis<'a> {
     pub t: &'a [f64],
     pub z: &'a [f64],
     pub variance: f64,
+    /// Variance of each sample in addition to `variance`; empty if there is none.
+    extra: Vec<f64>,
     start: Estimate,
     /// Time before each sample in which the object may have moved.
     intervals: Vec<Interval>,
@@ -137,7 +139,12 @@ impl<'a> Axis<'a> {
         let before = t.iter().zip(t.iter().skip(1));
         let between = before.map(|(&from, &to)| Interval::new((to - from.max(rest_until)).max(0.0)));
         let intervals = std::iter::once(Interval::new(0.0)).chain(between).collect();
-        Self { t, z, variance, start, intervals }
+        Self { t, z, variance, extra: vec![], start, intervals }
+    }
+
+    /// The same axis with an additional variance of each sample.
+    pub fn with_extra(self, extra: Vec<f64>) -> Self {
+        Self { extra, ..self }
     }
 
     /// Predicts the state at sample `i` from `before`, the state at sample `i - 1`, under white jerk of intensity `jerk`
@@ -157,12 +164,8 @@ impl<'a> Axis<'a> {
     #[inline]
     pub fn update(&self, i: usize, predicted: Estimate) -> Update {
         let innovation = self.z[i] - predicted.mean[0];
-        Update {
-            predicted,
-            innovation,
-            innovation_variance: predicted.cov.pp + self.variance,
-            noise: self.variance,
-        }
+        let noise = self.variance + self.extra.get(i).copied().unwrap_or(0.0);
+        Update { predicted, innovation, innovation_variance: predicted.cov.pp + noise, noise }
     }
 
     pub fn start(&self) -> Estimate {

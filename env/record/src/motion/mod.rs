@@ -1,7 +1,8 @@
 //! Twist and acceleration from poses, with uncertainty, by Kalman smoothing.
 //!
 //! Each axis is driven by white jerk of unknown intensity and measured with white noise of known variance. The intensity is
-//! estimated by maximum likelihood.
+//! estimated by maximum likelihood. Errors of the time stamps add noise in proportion to the velocity, which a first
+//! estimate without them gives.
 
 mod bank;
 mod cache;
@@ -64,10 +65,20 @@ fn motions(
     let t: Vec<f64> = pose.iter().map(|p| p.t).collect();
     let axis = |k: usize| {
         let z: Vec<f64> = pose.iter().map(|p| p.pose[k]).collect();
-        estimate(&Axis::new(&t, &z, noise.pose[k], rest_until))
+        let plain = Axis::new(&t, &z, noise.pose[k], rest_until);
+        if noise.time == 0.0 {
+            return estimate(&plain);
+        }
+        let extra = estimate(&plain).iter().map(|e| timing_variance(e.mean[1], noise)).collect();
+        estimate(&plain.with_extra(extra))
     };
     let axes: Vec<Vec<Estimate>> = (0..3).into_par_iter().map(axis).collect();
     (0..t.len()).map(|i| motion(t[i], [0, 1, 2].map(|k| &axes[k][i]))).collect()
+}
+
+/// Variance of a coordinate due to the error of the time stamps, at its velocity.
+pub(crate) fn timing_variance(velocity: f64, noise: &Noise) -> f64 {
+    (velocity * noise.time).powi(2)
 }
 
 fn motion(t: f64, axes: [&Estimate; 3]) -> Motion {

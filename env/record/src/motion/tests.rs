@@ -82,6 +82,30 @@ fn stated_uncertainty_covers_the_truth() {
 }
 
 #[test]
+fn errors_of_the_time_stamps_are_part_of_the_uncertainty() {
+    let (mut truth, precise) = (truth(), [1e-4, 1e-4, 3e-4]);
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let mut poses = observed(&truth, precise, 6);
+    for (pose, motion) in poses.iter_mut().zip(&mut truth) {
+        let draw: f64 = StandardNormal.sample(&mut rng);
+        let error = 2e-3 * draw.clamp(-3.0, 3.0);
+        pose.t += error;
+        // The truth at the stated time.
+        motion.pose = [0, 1, 2].map(|k| motion.pose[k] + motion.twist[k] * error);
+    }
+    for order in 0..2 {
+        let share = |time: f64| {
+            let noise = Noise { pose: precise, time, ..noise() };
+            [smooth(&poses, &noise, true), filter(&poses, &noise, true)]
+                .map(|m| coverage(&truth, &m, order).0)
+        };
+        let (stated, ignored) = (share(2e-3), share(0.0));
+        assert!(stated.iter().all(|inside| *inside > 0.88), "{order}: {stated:?}");
+        assert!(ignored.iter().all(|inside| *inside < 0.88), "{order}: {ignored:?}");
+    }
+}
+
+#[test]
 fn smoothing_is_ten_times_more_accurate_than_differences() {
     let truth = truth();
     let poses = observed(&truth, SD, 1);

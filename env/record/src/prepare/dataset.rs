@@ -74,12 +74,32 @@ impl Prepared {
         self.motion_cache.smoothed.get_or_estimate(&self.pose, noise, rest_until, smooth)
     }
 
+    /// Variances of each pose due to the errors of the time stamps, `(velocity · error)²`, m², m², rad²; empty if the
+    /// recording states no such error.
+    pub fn timing_variances(&self, noise: &Noise) -> Vec<[f64; 3]> {
+        if noise.time == 0.0 {
+            return vec![];
+        }
+        let at = |m: &Motion| m.twist.map(|velocity| motion::timing_variance(velocity, noise));
+        self.motion(noise).iter().map(at).collect()
+    }
+
     /// Filtered motion: at each pose from the poses up to that time. Empty for fewer than five poses.
     pub fn filtered_motion(&self, noise: &Noise) -> Vec<Motion> {
         let rest_until = self.rest_until();
         let filter = || motion::filter_from(&self.pose, noise, rest_until);
         self.motion_cache.filtered.get_or_estimate(&self.pose, noise, rest_until, filter)
     }
+}
+
+/// Root mean square noise of the poses of some episodes, of the tracker and of the time stamps, m, m, rad.
+pub fn mean_pose_noise<'a>(episodes: impl Iterator<Item = &'a Prepared>, noise: &Noise) -> [f64; 3] {
+    let (mut sum, mut count) = ([0.0; 3], 0.0_f64);
+    for variance in episodes.flat_map(|episode| episode.timing_variances(noise)) {
+        sum = [0, 1, 2].map(|k| sum[k] + variance[k]);
+        count += 1.0;
+    }
+    [0, 1, 2].map(|k| noise.pose[k].hypot((sum[k] / count.max(1.0)).sqrt()))
 }
 
 /// A prepared recording.

@@ -18,7 +18,7 @@ mod transform;
 use crate::error::Error;
 use crate::recording::Recording;
 
-pub use dataset::{Counts, Dataset, Prepared};
+pub use dataset::{Counts, Dataset, Prepared, mean_pose_noise};
 pub use noise::Noise;
 pub(crate) use noise::estimated as estimated_noise;
 pub use options::{Options, ReadingAxes, WrenchPose};

@@ -51,6 +51,19 @@ fn innovations_of_the_right_simulator_are_white() {
     assert!((mass / 22.0 - 1.0).abs() < 0.15, "{mass}");
 }
 
+#[test]
+fn innovations_are_white_with_errors_of_the_time_stamps() {
+    let (mut data, most) = (pushed(locked()), 6e-3);
+    for pose in data.training.iter_mut().flat_map(|episode| &mut episode.pose) {
+        let share = (pose.t * 7919.0 * std::f64::consts::PI).fract();
+        pose.t += most * (2.0 * share - 1.0);
+    }
+    let ignored = square(&likelihood(&data, 3), &plant(vec![]));
+    data.noise.time = most / 3f64.sqrt();
+    let stated = square(&likelihood(&data, 3), &plant(vec![]));
+    assert!((stated - 1.0).abs() < 0.25 && ignored > 1.4, "{stated} {ignored}");
+}
+
 fn caster() -> Effect {
     effect(Kind::CasterSwivel, &[("x", 0.5), ("y", 0.25), ("trail", 0.06), ("mu_side", 60.0)])
 }
