@@ -99,6 +99,7 @@ impl Searcher<'_> {
         let engine_for_effects = self.engine.for_added_effects(&base, before, self.watch)?;
         let searcher = Searcher { engine: &*engine_for_effects, regions: &regions, ..*self };
         let mut tried = vec![base.clone()];
+        searcher.add_single_effects(&base, &mut tried)?;
         searcher.search_softened(&base, &mut tried)?;
         searcher.add_effects(&base, &mut tried)?;
         let leaves_too_much = !tried[0].added.is_empty()
@@ -109,12 +110,16 @@ impl Searcher<'_> {
         Ok(SearchResult { tried, before, located, leaves_too_much })
     }
 
-    /// Models with one effect, and with more while the data demand it; best first.
+    /// Models with one effect.
+    fn add_single_effects(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let jobs = self.jobs(base, &self.offered(base), MAX_FIRST_KINDS, SCREENED_PER_RANKED_KIND)?;
+        self.try_all("single effects", jobs, MAX_FIRST_KINDS, tried)
+    }
+
+    /// Models with one effect, unless there are some, and with more while the data demand it; best first.
     fn add_effects(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        if tried[0].added.is_empty() {
-            let offered = self.offered(base);
-            let jobs = self.jobs(base, &offered, MAX_FIRST_KINDS, SCREENED_PER_RANKED_KIND)?;
-            self.try_all("single effects", jobs, MAX_FIRST_KINDS, tried)?;
+        if tried.iter().all(|t| t.added.is_empty()) {
+            self.add_single_effects(base, tried)?;
         }
         self.backfit_shapes(tried)?;
         self.simpler(tried)?;

@@ -6,6 +6,7 @@
 //! size is chosen so that the misfit is moderate, and reduced as the best model improves (graduated optimisation: Blake
 //! and Zisserman 1987). In the end models are compared without it.
 
+use super::fitting::insert_models;
 use super::{MAX_EFFECTS, MAX_FIRST_KINDS, Searcher, kinds};
 use crate::fitted_model::{Effort, FittedModel, Job};
 use trundle_infer::InferError;
@@ -38,6 +39,18 @@ impl Searcher<'_> {
         base: &FittedModel,
         tried: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
+        // Not needed if a single effect explains the misfit.
+        if self.engine.softened(&tried[0])?.is_none() {
+            return Ok(());
+        }
+        let mut found = vec![base.clone()];
+        self.repeat_softened(base, &mut found)?;
+        insert_models(tried, found);
+        Ok(())
+    }
+
+    /// Search with a smaller and smaller random-walk wrench, until the best model needs none or stays the same.
+    fn repeat_softened(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         for _ in 0..MAX_EFFECTS {
             let best = kinds(&tried[0].added);
             let Some(softened) = self.engine.softened(&tried[0])? else { return Ok(()) };
