@@ -285,6 +285,24 @@ def no_noise(table: Table) -> trundle.Recording:
     return trundle.Recording(described, episodes)
 
 
+def late_poses(time: float) -> trundle.Recording:
+    """Precise poses whose time stamps err by 2 ms, and the error that the recording states."""
+    table, rng = Table(episodes=3), np.random.default_rng(8)
+    described, episodes = metadata(table), tables(table, noise=0.0)
+    for columns in episodes.values():
+        held = np.flatnonzero(~np.isnan(columns["object_x"]))
+        t = columns["t"][held]
+        for name in ("object_x", "object_y", "object_theta"):
+            columns[name][held] = np.interp(t + rng.normal(scale=2e-3, size=len(t)), t, columns[name][held])
+    described["noise"] = {**NOISE, "pose": [1e-5, 1e-5, 1e-5], "time": time}
+    return trundle.Recording(described, episodes)
+
+
+def test_errors_of_the_time_stamps_are_part_of_the_noise() -> None:
+    assert "noise" in kinds(trundle.check(late_poses(0.0)), "warning")
+    assert "noise" not in kinds(trundle.check(late_poses(2e-3)), "warning")
+
+
 def test_a_noiseless_simulation_has_no_findings() -> None:
     for stated in ({}, {"noise": NOISE}):
         findings = trundle.check(no_noise(Table(episodes=3, metadata=stated)))

@@ -76,6 +76,8 @@ fn better_poses_increase_the_bandwidth_up_to_half_their_rate() {
     assert!(of(8, &encoder) > 2.0 * of(8, &NOISE));
     let exact = Noise { pose: [1e-9; 3], ..NOISE };
     assert!((of(33, &exact) - 0.5 / (33.0 * DT)).abs() < 1e-9);
+    let late = Noise { time: 5e-3, ..NOISE };
+    assert!(of(8, &late) < 0.9 * of(8, &NOISE), "errors of the time stamps");
     // A command has no noise; a share of the recorded wrench counts instead.
     let command = Noise { force: 1e-6, torque: 1e-6, ..NOISE };
     assert!(of(33, &command) > 1.0);

@@ -1,7 +1,7 @@
 //! The linear system of a filter compared with the filter itself.
 #![allow(clippy::unwrap_used)]
 
-use trundle_fixtures::{NOISE, World, locked};
+use trundle_fixtures::{NOISE, World, disturb_time_stamps, locked};
 use trundle_infer::MotionLikelihood;
 use trundle_record::{Noise, Prepared};
 
@@ -44,17 +44,10 @@ fn a_missing_wrench_adds_the_predicted_response() {
     assert!(size > 0.5 && apart < 0.03 * size, "{size} {apart}");
 }
 
-/// Poses whose time stamps err by up to this time, s.
-const TIME_ERROR_S: f64 = 6e-3;
-
 #[test]
 fn innovations_are_white_with_errors_of_the_time_stamps() {
     let mut pushes = World::of(locked()).pushes(4, 6);
-    for pose in pushes.iter_mut().flat_map(|push| &mut push.pose) {
-        // Uniform between the bounds.
-        let share = (pose.t * 7919.0 * std::f64::consts::PI).fract();
-        pose.t += TIME_ERROR_S * (2.0 * share - 1.0);
-    }
+    let error = disturb_time_stamps(&mut pushes, 6e-3);
     let mean = |time: f64| {
         let noise = Noise { time, ..NOISE };
         let motion = MotionLikelihood::new(&pushes, &noise).unwrap();
@@ -64,7 +57,7 @@ fn innovations_are_white_with_errors_of_the_time_stamps() {
             innovations.iter().flatten().map(|i| (i.whitener * i.error).norm_squared() / 3.0).collect();
         whitened.iter().sum::<f64>() / whitened.len() as f64
     };
-    let (stated, ignored) = (mean(TIME_ERROR_S / 3f64.sqrt()), mean(0.0));
+    let (stated, ignored) = (mean(error), mean(0.0));
     assert!((0.8..1.2).contains(&stated), "{stated}");
     assert!(ignored > 1.5, "{ignored}");
 }

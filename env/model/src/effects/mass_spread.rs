@@ -3,9 +3,9 @@
 //! ```text
 //! I = inertia_factor · I of the uniform body,   both about the mass centre
 //! ```
-//! The mass and the mass centre do not change. A body whose mass lies at the corners of a rectangle has a factor of 3, a
-//! ring in place of a disc 2, and a body whose mass lies in the inner half of its length 0.25. The prior allows a factor of
-//! about 1.5 to either side.
+//! The mass and the mass centre do not change. A rectangle with its mass at the corners has a factor of 3, a disc with its
+//! mass at the rim 2, and a bar with its mass in the inner half of its length 0.25. The prior allows a factor of about 1.5
+//! in either direction.
 
 use super::positive;
 use crate::Real;

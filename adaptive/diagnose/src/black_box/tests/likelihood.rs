@@ -4,7 +4,7 @@ use super::{VALUES, pushed, under_test, wheeled};
 use crate::black_box::initial_states::estimate_initial_state;
 use crate::black_box::likelihood::PathLikelihood;
 use crate::black_box::path::Path;
-use trundle_fixtures::{World, effect, locked};
+use trundle_fixtures::{World, disturb_time_stamps, effect, locked};
 use trundle_infer::{Channels, Likelihood, Quiet};
 use trundle_model::{Effect, Kind, Model, Plant};
 use trundle_record::Dataset;
@@ -53,13 +53,10 @@ fn innovations_of_the_right_simulator_are_white() {
 
 #[test]
 fn innovations_are_white_with_errors_of_the_time_stamps() {
-    let (mut data, most) = (pushed(locked()), 6e-3);
-    for pose in data.training.iter_mut().flat_map(|episode| &mut episode.pose) {
-        let share = (pose.t * 7919.0 * std::f64::consts::PI).fract();
-        pose.t += most * (2.0 * share - 1.0);
-    }
+    let mut data = pushed(locked());
+    let error = disturb_time_stamps(&mut data.training, 6e-3);
     let ignored = square(&likelihood(&data, 3), &plant(vec![]));
-    data.noise.time = most / 3f64.sqrt();
+    data.noise.time = error;
     let stated = square(&likelihood(&data, 3), &plant(vec![]));
     assert!((stated - 1.0).abs() < 0.25 && ignored > 1.4, "{stated} {ignored}");
 }

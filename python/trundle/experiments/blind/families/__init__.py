@@ -26,7 +26,7 @@ def selected(families: Mapping[str, Family], names: Iterable[str]) -> dict[str, 
 
 
 LATER_EFFECTS = ("mass_spread",)
-"""Effects that are not among "all" of a benchmark, which was drawn before they were in the catalogue."""
+"""Effects that a benchmark must name, because "all" means those of the first benchmarks."""
 CATALOGUE = selected({**BODIES, **SURROUNDINGS, **SENSING}, (*ORDER.split(), *LATER_EFFECTS))
 """Effects of the catalogue by name."""
 UNKNOWN: Mapping[str, Family] = {**FORCES, **OUT_OF_CATALOGUE_SENSING}
