@@ -5,7 +5,7 @@
 //! and the best size measures the missing wrench. The walk is non-parametric and does not identify an effect.
 
 use crate::thresholds::is_significant;
-use trundle_infer::{Channels, Comparison, Fit, InferError, Innovation, Likelihood, MotionLikelihood};
+use trundle_infer::{Channels, Comparison, Fit, InferError, Likelihood, MotionLikelihood};
 
 /// Result of the lack-of-fit test.
 #[derive(Clone, Copy, Debug)]
@@ -73,12 +73,8 @@ impl LackOfFit {
 
 /// Half of the χ² of the whitened innovations in excess of one per direction, nats.
 pub(crate) fn chi_squared_excess(motion: &MotionLikelihood, fit: &Fit) -> Result<f64, InferError> {
-    let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(0.0) };
-    let beyond = |i: &Innovation| {
-        let directions = (0..3).filter(|&k| i.whitener[(k, k)] > 0.0).count();
-        0.5 * ((i.whitener * i.error).norm_squared() - directions as f64)
-    };
-    Ok(all.iter().flatten().map(beyond).sum::<f64>().max(0.0))
+    let (sum, directions) = motion.chi_squared(&fit.model, &fit.values)?.unwrap_or_default();
+    Ok((0.5 * (sum - directions as f64)).max(0.0))
 }
 
 #[cfg(test)]

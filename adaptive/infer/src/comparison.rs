@@ -133,6 +133,10 @@ impl Likelihood for Comparison {
         self.inner().evaluate(model, values, free, likely)
     }
 
+    fn mean_square(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        self.inner().mean_square(model, values)
+    }
+
     fn channels(&self) -> Channels {
         self.inner().channels()
     }

@@ -112,6 +112,16 @@ pub trait Likelihood: Sync {
         Ok(None)
     }
 
+    /// Mean square of the whitened residuals: about one if the noise explains the misfit. One if the likelihood
+    /// does not provide it.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    fn mean_square(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        let _ = (model, values);
+        Ok(1.0)
+    }
+
     /// The same comparison for each episode alone, with its name, in order.
     fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)>;
 

@@ -22,3 +22,10 @@ pub(crate) struct Stop {
     /// decrease.
     pub measure_gradient: bool,
 }
+
+impl Stop {
+    /// The same with another least decrease.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { decrease: self.decrease * factor, ..self }
+    }
+}

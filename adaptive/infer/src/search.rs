@@ -183,15 +183,36 @@ pub(crate) fn refine(
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
     let stop = Stop { measure_gradient: options.measure_gradient, ..REFINEMENT_STOP };
-    let mut best: Option<Optimum> = None;
     let starts = points.len();
-    for point in points {
-        let optimum = descend(target, point, stop, options.optimiser, watch)?;
-        if best.as_ref().is_none_or(|b| optimum.at.cost < b.at.cost) {
-            best = Some(optimum);
-        }
-    }
+    let one = |point, watch: &dyn Watch| converge(target, point, stop, options.optimiser, watch);
+    let optima = on_all_cores(watch, |watch| {
+        points.into_par_iter().map(|point| one(point, watch)).collect::<Result<Vec<_>, InferError>>()
+    })?;
+    let best = optima.into_iter().min_by(|a, b| a.at.cost.total_cmp(&b.at.cost));
     best.ok_or_else(|| InferError::NoStart { recording: "the recording".to_owned(), starts })
+}
+
+/// Searches until the decrease of the cost is negligible in relation to the misfit that remains: residuals of `f` times
+/// the variance of the noise make an optimum `f` times as uncertain, in variance, and a decrease of the cost count for
+/// `1/f` of its nats (quasi-likelihood; Wedderburn 1974).
+fn converge(
+    target: &Target<'_>,
+    start: Vec<f64>,
+    stop: Stop,
+    optimiser: Optimiser,
+    watch: &dyn Watch,
+) -> Result<Optimum, InferError> {
+    let until = |factor: f64, start| descend(target, start, stop.scaled(factor), optimiser, watch);
+    let mut factor = target.misfit_factor(&start)?;
+    let mut found = until(factor, start)?;
+    loop {
+        let remaining = target.misfit_factor(&found.point)?;
+        if remaining > 0.5 * factor {
+            return Ok(found);
+        }
+        factor = remaining;
+        found = until(factor, found.point)?;
+    }
 }
 
 /// From starts near an optimum: a few steps from the two best starts, then at most `steps` steps in all from
@@ -219,7 +240,8 @@ pub(crate) fn refine_near(
         decrease: MIN_DECREASE_NATS,
         measure_gradient: false,
     };
-    if remaining.iterations == 0 || best.converged && best.last_decrease < MIN_DECREASE_NATS {
+    let remaining = remaining.scaled(target.misfit_factor(&best.point)?);
+    if remaining.iterations == 0 || best.converged && best.last_decrease < remaining.decrease {
         return Ok(best);
     }
     levenberg::minimise_from(target, best.point, best.at, clamp, remaining, watch)

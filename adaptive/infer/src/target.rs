@@ -182,6 +182,17 @@ impl<'a> Target<'a> {
         Ok(likelihood.rescaled(self.model, &values)?.map_or(z, |values| self.point(&values)))
     }
 
+    /// Mean square of the whitened residuals at `z`, at least one.
+    ///
+    /// # Errors
+    /// When the likelihood cannot be evaluated.
+    pub(crate) fn misfit_factor(&self, z: &[f64]) -> Result<f64, InferError> {
+        let one =
+            |(k, part): (usize, &Part<'_>)| part.likelihood().mean_square(self.model, &self.values(z, k).0);
+        let all = self.parts.iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;
+        Ok((all.iter().sum::<f64>() / all.len().max(1) as f64).max(1.0))
+    }
+
     /// Limits a coordinate to the searched range.
     pub fn clamp(&self, k: usize, z: f64) -> f64 {
         clamp_to_prior(z, self.coordinates.slot(self.parameter(k)))

@@ -1,9 +1,13 @@
 //! Random starts reach the optimum, also for a large and heavy object: the bed, with which the paper failed.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use trundle_fixtures::{NOISE, World, effect, locked, table};
-use trundle_infer::{Fit, FitOptions, MotionLikelihood, Optimiser, Quiet, fit};
+use trundle_infer::{
+    Channels, Evaluation, Fit, FitOptions, InferError, Likelihood, Linearised, MotionLikelihood, Optimiser,
+    Quiet, fit,
+};
 use trundle_model::{Body, Kind, Model};
 use trundle_record::Prepared;
 
@@ -78,4 +82,76 @@ fn nearby_starts_reach_the_optimum_and_few_steps_do_not() {
         "{}",
         short.last_decrease
     );
+}
+
+/// A likelihood that counts its evaluations, with or without the mean square of its residuals.
+struct Counted {
+    inner: MotionLikelihood,
+    has_mean_square: bool,
+    evaluations: AtomicUsize,
+}
+
+impl Likelihood for Counted {
+    fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        self.inner.cost(model, values)
+    }
+
+    fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
+        self.evaluate(model, values, free, true)?.linearise()
+    }
+
+    fn evaluate<'a>(
+        &'a self,
+        model: &'a Model,
+        values: &[f64],
+        free: &'a [usize],
+        likely: bool,
+    ) -> Result<Evaluation<'a>, InferError> {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        self.inner.evaluate(model, values, free, likely)
+    }
+
+    fn channels(&self) -> Channels {
+        self.inner.channels()
+    }
+
+    fn tuned(&self, _: &Model, _: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
+        Ok(None)
+    }
+
+    fn mean_square(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        if self.has_mean_square { self.inner.mean_square(model, values) } else { Ok(1.0) }
+    }
+
+    fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
+        self.inner.split()
+    }
+
+    fn coarse(&self) -> Option<&dyn Likelihood> {
+        self.inner.coarse()
+    }
+}
+
+/// Where residuals are far larger than the noise, decreases of the cost that noise would explain many times over
+/// do not prolong a search.
+#[test]
+fn a_large_misfit_ends_a_search_early_at_the_same_optimum() {
+    let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 15.0)]);
+    let pushes = World::of(locked().with(dry)).pushes(4, 1);
+    let nominal = Model::nominal(table(), None, [true; 3]);
+    let options = FitOptions { measure_gradient: true, ..FitOptions::default() };
+    let [(long, most), (short, fewer)] = [false, true].map(|has_mean_square| {
+        let inner = MotionLikelihood::new(&pushes, &NOISE).unwrap();
+        let counted = Counted { inner, has_mean_square, evaluations: AtomicUsize::new(0) };
+        let fit = fit(&counted, &nominal, &[], &options, &Quiet).unwrap();
+        (fit, counted.evaluations.into_inner())
+    });
+    let factor =
+        MotionLikelihood::new(&pushes, &NOISE).unwrap().mean_square(&long.model, &long.values).unwrap();
+    println!("mean square {factor:.0}: {most} and {fewer} evaluations");
+    assert!(factor > 100.0 && 10 * fewer < 9 * most, "{factor}: {most} and {fewer} evaluations");
+    for (x, y) in long.estimates.iter().zip(&short.estimates) {
+        assert!((x.mean - y.mean).abs() < 0.1 * factor.sqrt() * x.sd, "{x:?} {y:?}");
+    }
 }
