@@ -2,13 +2,11 @@
 
 use super::regression::Regression;
 use super::training_set::TrainingSet;
+use crate::fitted_model::MAX_FIT_STEPS;
 use std::sync::Arc;
 use trundle_infer::{Fit, FitOptions, InferError, MotionLikelihood, Watch, fit};
 use trundle_model::{Discrepancy, Model};
 use trundle_record::Dataset;
-
-/// Maximum number of optimiser steps of a refit of the parameters.
-const MAX_REFIT_STEPS: usize = 60;
 
 /// Data and settings for fits of a discrepancy.
 pub(super) struct Fitter<'a> {
@@ -35,7 +33,7 @@ impl Fitter<'_> {
         let Some(unnamed) = by.discrepancy(without) else { return Ok(None) };
         let mut best = with_discrepancy(self.fit, unnamed);
         for _ in 0..rounds {
-            let mut bare = self.refitted(&motion, &best)?;
+            let mut bare = self.refitted(&motion, &best, without.is_none())?;
             bare.model.discrepancy = None;
             let updated = TrainingSet::new(&motion, &bare)?
                 .and_then(|training| by.relinearised(&training)?.discrepancy(None));
@@ -45,15 +43,16 @@ impl Fitter<'_> {
         Ok(Some(best))
     }
 
-    /// Refits the parameters with the discrepancy wrench of `from`.
-    fn refitted(&self, motion: &MotionLikelihood, from: &Fit) -> Result<Fit, InferError> {
+    /// Refits the parameters with the discrepancy wrench of `from`, and unstated noise if the fit is the final one.
+    fn refitted(&self, motion: &MotionLikelihood, from: &Fit, is_final: bool) -> Result<Fit, InferError> {
         let model = Model { discrepancy: from.model.discrepancy.clone(), ..self.nominal.clone() };
-        let options = FitOptions {
+        let local = FitOptions {
             starts: 0,
             distant_starts: false,
-            local_steps: Some(MAX_REFIT_STEPS),
+            local_steps: Some(MAX_FIT_STEPS),
             ..FitOptions::default()
         };
+        let options = if is_final { local } else { FitOptions { noise_rounds: 0, ..local } };
         fit(motion, &model, std::slice::from_ref(&from.values), &options, self.watch)
     }
 }
