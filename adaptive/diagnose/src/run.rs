@@ -132,6 +132,11 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let (mut verdict, mut lack) = verdict_of(engine, found.before, &found.tried[base], &found.tried[best])?;
     if verdict == Verdict::Unexplained {
         reasons.entry(best).or_insert(LARGE_RESIDUAL);
+        if let Some(nominal) = engine.undistorted(&found.tried[base], options.seed, watch)? {
+            found.before = engine.lack_of_fit(&nominal)?;
+            found.located = engine.located(&nominal, found.before)?;
+            found.tried[base] = nominal;
+        }
         (best, rejected, chances, lack) = (base, base, vec![], found.before);
     }
     let given = engine.given(watch)?;

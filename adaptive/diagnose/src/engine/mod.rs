@@ -48,6 +48,18 @@ pub(crate) trait Engine: Sync {
     /// The nominal model, refitted.
     fn base(&self, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError>;
 
+    /// The nominal model with parameters to which unexplained physics contributes less, if it predicts the training
+    /// episodes better than `base`.
+    fn undistorted(
+        &self,
+        base: &FittedModel,
+        seed: u64,
+        watch: &dyn Watch,
+    ) -> Result<Option<FittedModel>, InferError> {
+        let _ = (base, seed, watch);
+        Ok(None)
+    }
+
     /// The engine for effects that are added to the refitted nominal model.
     fn for_added_effects<'a>(
         &'a self,
