@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -41,14 +42,16 @@ def play(folder: Path, start: Floats = START, drive: Callable[[float], Floats] =
     data.qpos[:2] = start
     by_control = {compiled.actuator(k).trnid[0]: k for k in range(compiled.nu)}
     out = [data.qpos[:2].copy()]
+    installed: AbstractContextManager[None] = nullcontext()
     if (folder / "effects.py").exists():
         spec = importlib.util.spec_from_file_location("effects", folder / "effects.py")
         assert spec is not None
         assert spec.loader is not None
         module: Any = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        mujoco.set_mjcb_passive(module.Effects(compiled).apply)
-    try:
+        installed = module.Effects(compiled).installed()
+    friction = compiled.dof_frictionloss.copy()
+    with installed:
         for t in TIMES[:-1]:
             for k, value in enumerate(drive(t)):
                 dof = compiled.joint(JOINTS[k]).dofadr[0]
@@ -58,8 +61,8 @@ def play(folder: Path, start: Floats = START, drive: Callable[[float], Floats] =
                     data.qfrc_applied[dof] = value
             mujoco.mj_step(compiled, data)
             out.append(data.qpos[[compiled.joint(name).qposadr[0] for name in JOINTS]].copy())
-    finally:
-        mujoco.set_mjcb_passive(None)
+    assert np.array_equal(compiled.dof_frictionloss, friction)
+    mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))
     return np.array(out)
 
 

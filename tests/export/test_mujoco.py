@@ -222,11 +222,12 @@ import mujoco, numpy
 from effects import load
 model, effects = load()
 data = mujoco.MjData(model)
-mujoco.set_mjcb_control(effects.apply)
 data.qvel[:] = [0.5, 0.0, 0.0]
 effects.use(effects.sample(numpy.random.default_rng(3)))
-for _ in range(2000):
-    mujoco.mj_step(model, data)
+with effects.installed():
+    for _ in range(2000):
+        mujoco.mj_step(model, data)
+load()
 print(repr(float(abs(data.qvel).max())), float(data.qpos[0]), float(model.body("object").mass[0]))
 """
     folder = tmp_path / "object"

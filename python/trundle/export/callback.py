@@ -5,16 +5,19 @@
     model, effects = load()                            # or Effects(your_model) if it includes object.xml
     data = mujoco.MjData(model)
     effects.apply(model, data); mujoco.mj_step(model, data)       # in your loop, before each step
-    mujoco.set_mjcb_control(effects.apply)                        # or once, for all later steps
+    with effects.installed():                                     # or for all steps in this block
+        mujoco.mj_step(model, data)
     effects.use(effects.sample(numpy.random.default_rng(0)))      # parameters from the posterior
 
-Needs `mujoco` and `trundle`. Apply your own forces as usual: `qfrc_applied`, `xfrc_applied`, contacts.
+MuJoCo loads no model while a Python callback is installed. Needs `mujoco` and `trundle`. Apply your own
+forces as usual: `qfrc_applied`, `xfrc_applied`, contacts.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
@@ -90,6 +93,15 @@ class Effects:
         self.model.body_ipos[self.body, :2] = self.laws.com
         self.model.body_inertia[self.body] = self.laws.inertia
         mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
+
+    @contextmanager
+    def installed(self) -> Iterator[None]:
+        """Install the effects as MuJoCo's control callback."""
+        mujoco.set_mjcb_control(self.apply)
+        try:
+            yield
+        finally:
+            mujoco.set_mjcb_control(None)
 
     def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Set the controls of the effects for the next step; does nothing for another model."""

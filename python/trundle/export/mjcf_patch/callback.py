@@ -1,19 +1,22 @@
 """Effects that MJCF cannot express, for the `robot.xml` next to this file.
 
     model = mujoco.MjModel.from_xml_path("robot.xml")   # or a model that includes it
+    data = mujoco.MjData(model)
     effects = Effects(model)
-    mujoco.set_mjcb_passive(effects.apply)              # once, for all later steps
-    ...
-    mujoco.set_mjcb_passive(None)                       # to remove them
+    with effects.installed():                           # for all steps in this block
+        mujoco.mj_step(model, data)
 
-`effects.json` holds the parameters; change `effects.entries` to use others. Other models in the same process
-are not affected. Needs `mujoco` and `numpy`.
+`effects.json` holds the parameters; change `effects.entries` to use others. Steps of other models in the same
+process are not affected, but MuJoCo loads no model while a Python callback is installed. Needs `mujoco` and
+`numpy`.
 """
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -35,14 +38,24 @@ class Effects:
     """
 
     def __init__(self, model: mujoco.MjModel, folder: str | Path = HERE) -> None:
-        self.signature = model.signature
+        self.model = model
         self.entries: list[dict[str, Any]] = json.loads((Path(folder) / "effects.json").read_text("utf-8"))
         self.friction = model.dof_frictionloss.copy()
         self.largest: dict[int, float] = {}
 
+    @contextmanager
+    def installed(self) -> Iterator[None]:
+        """Install the effects as MuJoCo's callback of passive forces; afterwards restore the dry friction."""
+        mujoco.set_mjcb_passive(self.apply)
+        try:
+            yield
+        finally:
+            mujoco.set_mjcb_passive(None)
+            self.model.dof_frictionloss[:] = self.friction
+
     def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Add forces to `data.qfrc_passive`, and set the dry friction of the next step."""
-        if model.signature != self.signature:
+        if model.signature != self.model.signature:
             return
         friction = self.friction.copy()
         for entry in self.entries:
