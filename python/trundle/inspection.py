@@ -16,13 +16,16 @@ __all__ = ["check", "inspect", "prepare", "smooth"]
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
 
-def check(recording: Recording | JointRecording | PathLike) -> Findings:
-    """Check a recording for mistakes, without any model, as ``trundle check`` does.
+def check(recording: Recording | JointRecording | PathLike, *, mjcf: PathLike | None = None) -> Findings:
+    """Check a recording for mistakes, without simulating it, as ``trundle check`` does.
 
     Parameters
     ----------
     recording : Recording, JointRecording or path
-        The recording, or its folder.
+        The recording, its folder, or a CSV log of joints: see `trundle.diagnose`.
+    mjcf : path, optional
+        The MJCF or URDF file of a CSV log, which names its joints. Without it, they are all those that have
+        columns.
 
     Returns
     -------
@@ -33,7 +36,7 @@ def check(recording: Recording | JointRecording | PathLike) -> Findings:
     Raises
     ------
     TrundleError
-        If the recording cannot be read.
+        If the recording cannot be read, or `mjcf` is given with another recording than a CSV log.
 
     Examples
     --------
@@ -42,7 +45,10 @@ def check(recording: Recording | JointRecording | PathLike) -> Findings:
     >>> trundle.check(recording).errors
     []
     """
-    return Findings(Finding(**found) for found in _native._check(recording))
+    from trundle.joint_diagnosis.log import open_log
+
+    read = open_log(recording, mjcf) or recording
+    return Findings(Finding(**found) for found in _native._check(read))
 
 
 @overload

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import trundle
-from tests.mechanism_diagnosis.recordings import NOMINAL, Floats, log_of, write_log
+from tests.mechanism_diagnosis.recordings import NOMINAL, Floats, arm_recording, log_of, write_log
 from trundle.cli import main
 
 
@@ -85,3 +85,26 @@ def test_a_free_joint_without_a_name_is_refused_in_words(tmp_path: Path) -> None
     model.write_text(text)
     with pytest.raises(trundle.TrundleError, match="body 'trunk': its joint without a name is a free joint"):
         trundle.diagnose(log, mjcf=model)
+
+
+@pytest.mark.parametrize("with_model", [True, False])
+def test_check_reads_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str], *, with_model: bool) -> None:
+    log, model = logged(tmp_path, reverse)
+    named = ["--mjcf", str(model)] if with_model else []
+    assert main(["check", str(log), *named, "--strict"]) == 2
+    assert "effort of elbow" in capsys.readouterr().out
+    (finding,) = trundle.check(log, mjcf=model if with_model else None).errors
+    assert finding.kind == "sign"
+
+
+def test_check_refuses_a_model_of_a_recording_and_a_log_of_other_joints(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, model = logged(tmp_path, lambda _: None)
+    recording = arm_recording(0.0)
+    with pytest.raises(trundle.TrundleError, match="mjcf: names the joints of a CSV log"):
+        trundle.check(recording, mjcf=model)
+    other = tmp_path / "other.xml"
+    other.write_text(NOMINAL.replace('"elbow"', '"knee"'))
+    assert main(["check", str(log), "--mjcf", str(other)]) == 2
+    assert "knee" in capsys.readouterr().err

@@ -20,7 +20,15 @@ from trundle.importers.joints.joint_map import merge
 from trundle.importers.layout import Columns
 from trundle.mechanism.source import joint_names
 
-__all__ = ["HELD_OUT_SHARE", "import_command", "is_log", "open_joints", "read_log", "undriven_warnings"]
+__all__ = [
+    "HELD_OUT_SHARE",
+    "import_command",
+    "is_log",
+    "open_joints",
+    "open_log",
+    "read_log",
+    "undriven_warnings",
+]
 
 HELD_OUT_SHARE = 0.25
 """Share of a log's duration, or of its episodes, at its end, that is held out."""
@@ -55,6 +63,17 @@ def open_joints(
         return read_log(path, mjcf)
     found = read(path)
     return found if isinstance(found, JointRecording) else None
+
+
+def open_log(
+    recording: Recording | JointRecording | PathLike, mjcf: PathLike | None
+) -> JointRecording | None:
+    """Return the recording of a CSV log, or None for any other recording, which needs no `mjcf`."""
+    if isinstance(recording, str | os.PathLike) and is_log(recording):
+        return read_log(recording, mjcf)
+    if mjcf is not None:
+        raise TrundleError("mjcf: names the joints of a CSV log; remove it for a recording")
+    return None
 
 
 def is_log(path: PathLike | None) -> bool:

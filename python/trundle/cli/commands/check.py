@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import json
 import textwrap
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from trundle.cli.exits import USAGE
-from trundle.cli.options import add_recording
+from trundle.cli.paths import Input, declare
 
 if TYPE_CHECKING:
     from trundle.findings import Finding, Findings
@@ -20,8 +21,18 @@ LINE_WIDTH = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the recording, `--json` and `--strict`."""
-    add_recording(parser)
+    """Add the recording, its model, `--json` and `--strict`."""
+    parser.add_argument(
+        "recording",
+        metavar="RECORDING",
+        type=Path,
+        help="recording: a folder with recording.toml, or a CSV log of joints",
+    )
+    declare(parser, "recording", Input("RECORDING", "log"))
+    parser.add_argument(
+        "--mjcf", metavar="FILE", type=Path, help="MJCF or URDF file, which names the joints of a CSV log"
+    )
+    declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
     parser.add_argument("--strict", action="store_true", help="exit with status 2 if an error is found")
 
@@ -31,8 +42,9 @@ def run(args: argparse.Namespace) -> int:
     import trundle
     from trundle.findings import Findings
     from trundle.input_checks import held_out_findings
+    from trundle.joint_diagnosis.log import open_log
 
-    recording = trundle.read(args.recording)
+    recording = open_log(args.recording, args.mjcf) or trundle.read(args.recording)
     findings = Findings([*trundle.check(recording), *held_out_findings(recording)])
     print(
         json.dumps([finding.to_dict() for finding in findings], indent=2, ensure_ascii=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -193,8 +194,14 @@ def _numbered(source: Path, columns: Sequence[JointColumn], joints: Sequence[str
         found += [replace(column, joint=named[column.index]) for column in own if column.index is not None]
     if not any(column.kind == "q" for column in found):
         listed = ", ".join(column.text for column in columns)
-        known = f"; the joints of the model are {', '.join(joints)}" if joints else ""
-        raise SourceError(source, f"no column with a joint's position among {listed}{known}; {REMEDY}")
+        if not joints:
+            raise SourceError(
+                source,
+                f"no column with a joint's position among {listed}; {REMEDY}; a log of a pushed object: "
+                f"`trundle import {shlex.quote(str(source))} --guess --out DIR`",
+            )
+        known = f"the joints of the model are {', '.join(joints)}"
+        raise SourceError(source, f"no column with a joint's position among {listed}; {known}; {REMEDY}")
     return found
 
 
