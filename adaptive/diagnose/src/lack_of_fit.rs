@@ -73,7 +73,7 @@ impl LackOfFit {
 
 /// Half of the χ² of the whitened innovations in excess of one per direction, nats.
 pub(crate) fn chi_squared_excess(motion: &MotionLikelihood, fit: &Fit) -> Result<f64, InferError> {
-    let (sum, directions) = motion.chi_squared(&fit.model, &fit.values)?.unwrap_or_default();
+    let (sum, directions) = motion.chi_squared(&fit.model, &fit.values)?;
     Ok((0.5 * (sum - directions as f64)).max(0.0))
 }
 

@@ -133,8 +133,8 @@ impl Likelihood for Comparison {
         self.inner().evaluate(model, values, free, likely)
     }
 
-    fn mean_square(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
-        self.inner().mean_square(model, values)
+    fn chi_squared(&self, model: &Model, values: &[f64]) -> Result<(f64, usize), InferError> {
+        self.inner().chi_squared(model, values)
     }
 
     fn channels(&self) -> Channels {

@@ -52,6 +52,13 @@ impl Likelihood for Joint<'_> {
         }))
     }
 
+    fn chi_squared(&self, model: &Model, values: &[f64]) -> Result<(f64, usize), InferError> {
+        self.parts.iter().try_fold((0.0, 0), |(sum, count), part| {
+            let (own, residuals) = part.chi_squared(model, values)?;
+            Ok((sum + own, count + residuals))
+        })
+    }
+
     /// Noise of the first recording.
     fn channels(&self) -> Channels {
         self.parts[0].channels()
@@ -104,6 +111,10 @@ impl Likelihood for Borrowed<'_> {
         likely: bool,
     ) -> Result<Evaluation<'a>, InferError> {
         self.0.evaluate(model, values, free, likely)
+    }
+
+    fn chi_squared(&self, model: &Model, values: &[f64]) -> Result<(f64, usize), InferError> {
+        self.0.chi_squared(model, values)
     }
 
     fn channels(&self) -> Channels {

@@ -112,14 +112,14 @@ pub trait Likelihood: Sync {
         Ok(None)
     }
 
-    /// Mean square of the whitened residuals: about one if the noise explains the misfit. One if the likelihood
-    /// does not provide it.
+    /// χ² of the whitened residuals, and their number; zero of both if the likelihood has no such residuals or the
+    /// model cannot be evaluated.
     ///
     /// # Errors
     /// When `values` has the wrong length.
-    fn mean_square(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+    fn chi_squared(&self, model: &Model, values: &[f64]) -> Result<(f64, usize), InferError> {
         let _ = (model, values);
-        Ok(1.0)
+        Ok((0.0, 0))
     }
 
     /// The same comparison for each episode alone, with its name, in order.

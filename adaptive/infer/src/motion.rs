@@ -150,19 +150,6 @@ impl MotionLikelihood {
         Ok(self.tracks.par_iter().map(run).collect())
     }
 
-    /// χ² of the whitened innovations, and their number; `None` if the model cannot be evaluated.
-    ///
-    /// # Errors
-    /// When `values` has the wrong length.
-    pub fn chi_squared(&self, model: &Model, values: &[f64]) -> Result<Option<(f64, usize)>, InferError> {
-        let Some(all) = self.innovations(model, values)? else { return Ok(None) };
-        let directions = |i: &Innovation| (0..3).filter(|&k| i.whitener[(k, k)] > 0.0).count();
-        let sum = all.iter().flatten().fold((0.0, 0), |(sum, count), i| {
-            (sum + (i.whitener * i.error).norm_squared(), count + directions(i))
-        });
-        Ok(Some(sum))
-    }
-
     /// Missing wrench along each episode, estimated as a random walk.
     ///
     /// # Errors
@@ -277,9 +264,12 @@ impl Likelihood for MotionLikelihood {
         }))
     }
 
-    fn mean_square(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
-        let (sum, count) = self.chi_squared(model, values)?.unwrap_or_default();
-        Ok(if count > 0 { sum / count as f64 } else { 1.0 })
+    fn chi_squared(&self, model: &Model, values: &[f64]) -> Result<(f64, usize), InferError> {
+        let all = self.innovations(model, values)?.unwrap_or_default();
+        let directions = |i: &Innovation| (0..3).filter(|&k| i.whitener[(k, k)] > 0.0).count();
+        Ok(all.iter().flatten().fold((0.0, 0), |(sum, count), i| {
+            (sum + (i.whitener * i.error).norm_squared(), count + directions(i))
+        }))
     }
 
     fn channels(&self) -> Channels {

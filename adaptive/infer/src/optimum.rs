@@ -24,7 +24,7 @@ pub(crate) struct Stop {
 }
 
 impl Stop {
-    /// The same with another least decrease.
+    /// The same with the least decrease multiplied by `factor`.
     pub fn scaled(self, factor: f64) -> Self {
         Self { decrease: self.decrease * factor, ..self }
     }

@@ -192,6 +192,9 @@ pub(crate) fn refine(
     best.ok_or_else(|| InferError::NoStart { recording: "the recording".to_owned(), starts })
 }
 
+/// A search is repeated under a smaller misfit if that has fallen to less than this share while it ran.
+const REPEATED_MISFIT_SHARE: f64 = 0.5;
+
 /// Searches until the decrease of the cost is negligible in relation to the misfit that remains: residuals of `f` times
 /// the variance of the noise make an optimum `f` times as uncertain, in variance, and a decrease of the cost count for
 /// `1/f` of its nats (quasi-likelihood; Wedderburn 1974).
@@ -207,7 +210,7 @@ fn converge(
     let mut found = until(factor, start)?;
     loop {
         let remaining = target.misfit_factor(&found.point)?;
-        if remaining > 0.5 * factor {
+        if remaining > REPEATED_MISFIT_SHARE * factor {
             return Ok(found);
         }
         factor = remaining;

@@ -182,15 +182,18 @@ impl<'a> Target<'a> {
         Ok(likelihood.rescaled(self.model, &values)?.map_or(z, |values| self.point(&values)))
     }
 
-    /// Mean square of the whitened residuals at `z`, at least one.
+    /// Mean square of the whitened residuals at `z`; one if it is smaller, not finite, or not known.
     ///
     /// # Errors
     /// When the likelihood cannot be evaluated.
     pub(crate) fn misfit_factor(&self, z: &[f64]) -> Result<f64, InferError> {
-        let one =
-            |(k, part): (usize, &Part<'_>)| part.likelihood().mean_square(self.model, &self.values(z, k).0);
-        let all = self.parts.iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;
-        Ok((all.iter().sum::<f64>() / all.len().max(1) as f64).max(1.0))
+        let (mut sum, mut count) = (0.0, 0);
+        for (k, part) in self.parts.iter().enumerate() {
+            let (own, residuals) = part.likelihood().chi_squared(self.model, &self.values(z, k).0)?;
+            (sum, count) = (sum + own, count + residuals);
+        }
+        let mean = sum / count as f64;
+        Ok(if mean.is_finite() { mean.max(1.0) } else { 1.0 })
     }
 
     /// Limits a coordinate to the searched range.

@@ -5,8 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{
-    Channels, Evaluation, Fit, FitOptions, InferError, Likelihood, Linearised, MotionLikelihood, Optimiser,
-    Quiet, fit,
+    Channels, Fit, FitOptions, InferError, Likelihood, Linearised, MotionLikelihood, Optimiser, Quiet, fit,
 };
 use trundle_model::{Body, Kind, Model};
 use trundle_record::Prepared;
@@ -84,10 +83,10 @@ fn nearby_starts_reach_the_optimum_and_few_steps_do_not() {
     );
 }
 
-/// A likelihood that counts its evaluations, with or without the mean square of its residuals.
+/// A likelihood that counts its own evaluations, not those of its coarse one, with or without the χ² of its residuals.
 struct Counted {
     inner: MotionLikelihood,
-    has_mean_square: bool,
+    has_chi_squared: bool,
     evaluations: AtomicUsize,
 }
 
@@ -98,18 +97,12 @@ impl Likelihood for Counted {
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
-        self.evaluate(model, values, free, true)?.linearise()
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        self.inner.linearise(model, values, free)
     }
 
-    fn evaluate<'a>(
-        &'a self,
-        model: &'a Model,
-        values: &[f64],
-        free: &'a [usize],
-        likely: bool,
-    ) -> Result<Evaluation<'a>, InferError> {
-        self.evaluations.fetch_add(1, Ordering::Relaxed);
-        self.inner.evaluate(model, values, free, likely)
+    fn chi_squared(&self, model: &Model, values: &[f64]) -> Result<(f64, usize), InferError> {
+        if self.has_chi_squared { self.inner.chi_squared(model, values) } else { Ok((0.0, 0)) }
     }
 
     fn channels(&self) -> Channels {
@@ -118,10 +111,6 @@ impl Likelihood for Counted {
 
     fn tuned(&self, _: &Model, _: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
         Ok(None)
-    }
-
-    fn mean_square(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
-        if self.has_mean_square { self.inner.mean_square(model, values) } else { Ok(1.0) }
     }
 
     fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
@@ -141,14 +130,15 @@ fn a_large_misfit_ends_a_search_early_at_the_same_optimum() {
     let pushes = World::of(locked().with(dry)).pushes(4, 1);
     let nominal = Model::nominal(table(), None, [true; 3]);
     let options = FitOptions { measure_gradient: true, ..FitOptions::default() };
-    let [(long, most), (short, fewer)] = [false, true].map(|has_mean_square| {
+    let [(long, most), (short, fewer)] = [false, true].map(|has_chi_squared| {
         let inner = MotionLikelihood::new(&pushes, &NOISE).unwrap();
-        let counted = Counted { inner, has_mean_square, evaluations: AtomicUsize::new(0) };
+        let counted = Counted { inner, has_chi_squared, evaluations: AtomicUsize::new(0) };
         let fit = fit(&counted, &nominal, &[], &options, &Quiet).unwrap();
         (fit, counted.evaluations.into_inner())
     });
-    let factor =
-        MotionLikelihood::new(&pushes, &NOISE).unwrap().mean_square(&long.model, &long.values).unwrap();
+    let motion = MotionLikelihood::new(&pushes, &NOISE).unwrap();
+    let (sum, count) = motion.chi_squared(&long.model, &long.values).unwrap();
+    let factor = sum / count as f64;
     println!("mean square {factor:.0}: {most} and {fewer} evaluations");
     assert!(factor > 100.0 && 10 * fewer < 9 * most, "{factor}: {most} and {fewer} evaluations");
     for (x, y) in long.estimates.iter().zip(&short.estimates) {
