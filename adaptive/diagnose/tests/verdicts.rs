@@ -188,6 +188,17 @@ fn an_effect_outside_the_catalogue_may_still_be_predicted() {
 }
 
 #[test]
+fn an_unexplained_spring_does_not_take_most_of_the_nominal_mass() {
+    let strong = |state: &trundle_model::State<f64>| spring(state).map(|f| 3.3 * f);
+    let data = World { out_of_catalogue: strong, ..World::of(locked()) }.recording(1);
+    let without = Kind::ALL.iter().map(|kind| kind.spec().effect.to_owned()).collect();
+    let answer = json(&diagnose(&data, &Options { without, ..Options::default() }, &Quiet).unwrap().answer);
+    assert_eq!(answer["verdict"], "unexplained");
+    let mass = answer["nominal"]["before"]["mass"]["mean"].as_f64().unwrap() / locked().mass.unwrap();
+    assert!(mass > 0.7 && mass < 1.1, "{mass}");
+}
+
+#[test]
 fn given_values_are_judged() {
     let right = diagnosed(&World::of(locked()), 7, Some(locked())).answer;
     assert_eq!(json(&right)["verdict"], "consistent");

@@ -10,7 +10,7 @@ use crate::fitted_model::{Effort, FittedModel, Job, MAX_REFIT_STEPS};
 use crate::lack_of_fit::{LackOfFit, chi_squared_excess, lack_of_fit, motion_lack_of_fit};
 use crate::locate::{Located, locate, misfit_shares};
 use crate::missing_wrenches::{MissingWrenches, Wrench};
-use crate::nominal::{as_given, given_values, parameters, under_test};
+use crate::nominal::{as_given, given_values, parameters, under_test, undistorted};
 use crate::parameter::Parameter;
 use crate::predictive_check::{PredictiveCheck, predictive_check};
 use crate::proposals::needs_courses;
@@ -19,8 +19,8 @@ use crate::thresholds::{MAX_MISFIT_PER_SAMPLE_NATS, MIN_MATERIAL_ERROR_RATIO};
 use crate::units;
 use std::collections::BTreeMap;
 use trundle_infer::{
-    Comparison, Fit, FitOptions, InferError, Likelihood, MotionLikelihood, Residual, Score, Watch, fit,
-    open_loop, score_compared, unsmoothed,
+    Comparison, FitOptions, InferError, Likelihood, MotionLikelihood, Residual, Score, Watch, fit, open_loop,
+    score_compared, unsmoothed,
 };
 use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
@@ -107,22 +107,15 @@ impl Engine for Own<'_> {
         Ok(FittedModel::new(vec![], fit, None))
     }
 
-    /// The fit with a random-walk wrench of the size of the recorded one, under the noise that it has without. A fit
-    /// without the walk can end where even the sizes of parameters are wrong, above all if the noise is not stated: a
-    /// tenth of the mass, for example, whose motion then passes for noise of the readings.
     fn undistorted(
         &self,
         base: &FittedModel,
         seed: u64,
         watch: &dyn Watch,
     ) -> Result<Option<FittedModel>, InferError> {
-        let Comparison::Motion(motion) = &self.comparison else { return Ok(None) };
-        let options = FitOptions { seed, ..FitOptions::default() };
-        let warm = std::slice::from_ref(&base.fit.values);
-        let found = fit(&motion.softened(1.0), &self.nominal, warm, &options, watch)?;
-        let under = self.comparison.with_tuned_noise(&found.model, &found.values)?;
-        let cost = under.cost(&found.model, &found.values)?;
-        let fit = Fit { cost, log_evidence: base.fit.log_evidence, channels: under.channels(), ..found };
+        let Some(fit) = undistorted(&self.comparison, &self.nominal, &base.fit, seed, watch)? else {
+            return Ok(None);
+        };
         let found = FittedModel { fit, ..base.clone() };
         let [before, after] = [base, &found].map(|tried| self.predictive_check(tried));
         Ok((after?.share * MIN_MATERIAL_ERROR_RATIO < before?.share).then_some(found))
@@ -372,7 +365,7 @@ mod tests {
     use crate::thresholds::MAX_MISFIT_PER_SAMPLE_NATS;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Comparison, Quiet};
-    use trundle_model::{Kind, Model, State, to_body};
+    use trundle_model::{Kind, Model};
 
     #[test]
     fn with_a_random_walk_wrench_the_misfit_is_moderate() {
@@ -390,34 +383,5 @@ mod tests {
         let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 15.0)]);
         let (excess, wander) = softened(locked().with(dry)).unwrap();
         assert!(excess <= MAX_MISFIT_PER_SAMPLE_NATS, "{excess} with {wander:?}");
-    }
-
-    /// A spring of 20 N/m that pulls to the origin.
-    fn spring(state: &State<f64>) -> [f64; 3] {
-        let [x, y, theta] = state.pose;
-        to_body([-20.0 * x, -20.0 * y, 0.0], theta)
-    }
-
-    #[test]
-    fn a_missing_spring_does_not_take_most_of_the_mass_away() {
-        let world = World { out_of_catalogue: spring, ..World::of(locked()) };
-        let mass = locked().mass.unwrap();
-        for stated in [true, false] {
-            let mut data = world.recording(1);
-            data.noise.stated = stated;
-            let engine = Own::new(&data, None).unwrap();
-            let base = engine.base(0, &Quiet).unwrap();
-            let found = engine.undistorted(&base, 0, &Quiet).unwrap().unwrap();
-            let [before, after] = [&base, &found].map(|tried| tried.fit.model.body.mass / mass);
-            assert!(before < 0.5 && after > 0.7 && after < 1.1, "stated {stated}: {before}, {after}");
-        }
-    }
-
-    #[test]
-    fn a_nominal_model_that_lacks_nothing_is_kept() {
-        let data = World::of(locked()).recording(1);
-        let engine = Own::new(&data, None).unwrap();
-        let base = engine.base(0, &Quiet).unwrap();
-        assert!(engine.undistorted(&base, 0, &Quiet).unwrap().is_none());
     }
 }
