@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -42,16 +42,8 @@ def play(folder: Path, start: Floats = START, drive: Callable[[float], Floats] =
     data.qpos[:2] = start
     by_control = {compiled.actuator(k).trnid[0]: k for k in range(compiled.nu)}
     out = [data.qpos[:2].copy()]
-    installed: AbstractContextManager[None] = nullcontext()
-    if (folder / "effects.py").exists():
-        spec = importlib.util.spec_from_file_location("effects", folder / "effects.py")
-        assert spec is not None
-        assert spec.loader is not None
-        module: Any = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        installed = module.Effects(compiled).installed()
-    friction = compiled.dof_frictionloss.copy()
-    with installed:
+    effects = exported_effects(folder, compiled) if (folder / "effects.py").exists() else None
+    with nullcontext() if effects is None else effects.installed():
         for t in TIMES[:-1]:
             for k, value in enumerate(drive(t)):
                 dof = compiled.joint(JOINTS[k]).dofadr[0]
@@ -61,9 +53,17 @@ def play(folder: Path, start: Floats = START, drive: Callable[[float], Floats] =
                     data.qfrc_applied[dof] = value
             mujoco.mj_step(compiled, data)
             out.append(data.qpos[[compiled.joint(name).qposadr[0] for name in JOINTS]].copy())
-    assert np.array_equal(compiled.dof_frictionloss, friction)
-    mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))
     return np.array(out)
+
+
+def exported_effects(folder: Path, compiled: mujoco.MjModel) -> Any:
+    """Load `effects.py` of a patched model."""
+    spec = importlib.util.spec_from_file_location("effects", folder / "effects.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module: Any = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.Effects(compiled)
 
 
 @cache
@@ -307,3 +307,26 @@ def test_backlash_opens_to_its_width(tmp_path: Path) -> None:
         "the sum of shoulder and shoulder_play"
         in (tmp_path / "exports" / "patched" / "robot.xml").read_text()
     )
+
+
+def test_a_block_with_effects_leaves_callback_and_friction_as_before(tmp_path: Path) -> None:
+    folder = patched(tmp_path, model(effect("joint_load_friction", coefficient=0.2)))
+    compiled = mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))
+    data, friction, others = mujoco.MjData(compiled), compiled.dof_frictionloss.copy(), []
+    mujoco.set_mjcb_passive(lambda _, data: others.append(data.time))
+    try:
+        with (
+            pytest.raises(RuntimeError, match="in the block"),
+            exported_effects(folder, compiled).installed(),
+        ):
+            for _ in range(20):
+                mujoco.mj_step(compiled, data)
+            assert not others
+            assert not np.array_equal(compiled.dof_frictionloss, friction)
+            raise RuntimeError("in the block")
+        assert np.array_equal(compiled.dof_frictionloss, friction)
+        mujoco.mj_step(compiled, data)
+        assert others
+    finally:
+        mujoco.set_mjcb_passive(None)
+    mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))

@@ -96,12 +96,13 @@ class Effects:
 
     @contextmanager
     def installed(self) -> Iterator[None]:
-        """Install the effects as MuJoCo's control callback."""
+        """Install the effects as MuJoCo's control callback; afterwards restore the one before."""
+        before = mujoco.get_mjcb_control()
         mujoco.set_mjcb_control(self.apply)
         try:
             yield
         finally:
-            mujoco.set_mjcb_control(None)
+            mujoco.set_mjcb_control(before)
 
     def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Set the controls of the effects for the next step; does nothing for another model."""

@@ -45,12 +45,16 @@ class Effects:
 
     @contextmanager
     def installed(self) -> Iterator[None]:
-        """Install the effects as MuJoCo's callback of passive forces; afterwards restore the dry friction."""
+        """Install the effects as MuJoCo's callback of passive forces.
+
+        Afterwards the callback before and the dry friction are restored.
+        """
+        before = mujoco.get_mjcb_passive()
         mujoco.set_mjcb_passive(self.apply)
         try:
             yield
         finally:
-            mujoco.set_mjcb_passive(None)
+            mujoco.set_mjcb_passive(before)
             self.model.dof_frictionloss[:] = self.friction
 
     def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
