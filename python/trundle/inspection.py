@@ -47,8 +47,9 @@ def check(recording: Recording | JointRecording | PathLike, *, mjcf: PathLike | 
     """
     from trundle.joint_diagnosis.log import open_log
 
-    read = open_log(recording, mjcf) or recording
-    return Findings(Finding(**found) for found in _native._check(read))
+    log = open_log(recording, mjcf)
+    found = _native._check(recording if log is None else log)
+    return Findings(Finding(**one) for one in found)
 
 
 @overload

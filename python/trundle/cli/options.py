@@ -17,6 +17,7 @@ __all__ = [
     "add_backend",
     "add_config",
     "add_execution",
+    "add_mjcf",
     "add_model",
     "add_out",
     "add_prior",
@@ -54,6 +55,12 @@ def add_model(parser: argparse.ArgumentParser, *, required: bool = False) -> Non
         help="model.toml" if required else "model.toml (default: the paper's model)",
     )
     declare(parser, "model", Input("--model", "file", "a model file (model.toml)"))
+
+
+def add_mjcf(parser: argparse.ArgumentParser, help: str) -> None:
+    """Add `--mjcf FILE`: `args.mjcf`, a path or None."""
+    parser.add_argument("--mjcf", metavar="FILE", type=Path, help=help)
+    declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
 
 
 def add_prior(parser: argparse.ArgumentParser) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from trundle.cli.exits import USAGE
+from trundle.cli.options import add_mjcf
 from trundle.cli.paths import Input, declare
 
 if TYPE_CHECKING:
@@ -29,10 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="recording: a folder with recording.toml, or a CSV log of joints",
     )
     declare(parser, "recording", Input("RECORDING", "log"))
-    parser.add_argument(
-        "--mjcf", metavar="FILE", type=Path, help="MJCF or URDF file, which names the joints of a CSV log"
-    )
-    declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
+    add_mjcf(parser, "MJCF or URDF file, which names the joints of a CSV log")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
     parser.add_argument("--strict", action="store_true", help="exit with status 2 if an error is found")
 
@@ -44,7 +42,8 @@ def run(args: argparse.Namespace) -> int:
     from trundle.input_checks import held_out_findings
     from trundle.joint_diagnosis.log import open_log
 
-    recording = open_log(args.recording, args.mjcf) or trundle.read(args.recording)
+    log = open_log(args.recording, args.mjcf)
+    recording = trundle.read(args.recording) if log is None else log
     findings = Findings([*trundle.check(recording), *held_out_findings(recording)])
     print(
         json.dumps([finding.to_dict() for finding in findings], indent=2, ensure_ascii=False)

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trundle.cli.options import add_out, add_quiet
+from trundle.cli.options import add_mjcf, add_out, add_quiet
 from trundle.cli.paths import Input, Output, declare
 from trundle.progress import Progress
 
@@ -58,13 +58,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "[body] of the object (default: the body of MODEL_A)",
     )
     declare(parser, "object", Input("--object", "any"))
-    parser.add_argument(
-        "--mjcf",
-        metavar="FILE",
-        type=Path,
-        help="joints: MJCF or URDF file that replaces the recording's model; --object may then be a CSV log",
+    add_mjcf(
+        parser,
+        "joints: MJCF or URDF file that replaces the recording's model; --object may then be a CSV log",
     )
-    declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
     parser.add_argument(
         "--noise",
         metavar=("POSITION", "HEADING", "FORCE", "TORQUE"),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from trundle.cli.options import (
     add_backend,
+    add_mjcf,
     add_model,
     add_quiet,
     add_seed,
@@ -38,13 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     declare(parser, "recording", Input("RECORDING", "log"))
     add_model(parser)
-    parser.add_argument(
-        "--mjcf",
-        metavar="FILE",
-        type=Path,
-        help="MJCF or URDF file of a mechanism, which replaces that of the recording",
-    )
-    declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
+    add_mjcf(parser, "MJCF or URDF file of a mechanism, which replaces that of the recording")
     add_simulator(parser)
     parser.add_argument(
         "--out",

@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from trundle.cli.options import add_out
+from trundle.cli.options import add_mjcf, add_out
 from trundle.cli.paths import Input, Output, declare
 from trundle.progress import Progress
 
@@ -41,13 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     declare(
         parser, "mjcf_patch", Output("--mjcf-patch", "folder", marker="robot.xml", content="a patched model")
     )
-    parser.add_argument(
-        "--mjcf",
-        metavar="FILE",
-        type=Path,
-        help="MJCF or URDF file for --mjcf-patch (default: that of [mechanism] model, next to SOURCE)",
+    add_mjcf(
+        parser, "MJCF or URDF file for --mjcf-patch (default: that of [mechanism] model, next to SOURCE)"
     )
-    declare(parser, "mjcf", Input("--mjcf", "file", "an MJCF or URDF file"))
     declare(parser, "mcap", Output("--mcap", "file", (".mcap",), content="an export to MCAP"))
     parser.add_argument(
         "--footprint",
