@@ -1,7 +1,7 @@
 //! A nominal mechanism with added effects, and its parameters.
 
 use crate::drive::Drive;
-use crate::laws::{Applies, BASE_TILT, ENCODER_OFFSET, JointKind, PAYLOAD, ParamSpec, Spec};
+use crate::laws::{Applies, BASE_TILT, ENCODER_OFFSET, JointKind, PAYLOAD, ParamSpec, Spec, stop_positions};
 use crate::problem::Problem;
 use crate::units::{EffortUnit, Unit};
 use std::collections::BTreeMap;
@@ -247,8 +247,14 @@ fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param
         _ => None,
     };
     let mut bounds = param.bounds.map(|bound| bound * scale);
-    if matches!(effect.kind, Kind::Joint(JointKind::EffortSaturation, _)) && !scale_is_known(problem) {
-        bounds[0] = MIN_UNSCALED_LIMIT * scale;
+    match effect.kind {
+        Kind::Joint(JointKind::EffortSaturation, _) if !scale_is_known(problem) => {
+            bounds[0] = MIN_UNSCALED_LIMIT * scale;
+        }
+        Kind::Joint(JointKind::Stop, j) if param.is_limit => {
+            bounds = stop_positions(&problem.joints[j].scales, &effect.values);
+        }
+        _ => {}
     }
     let centre = match param.unit {
         Unit::Position if param.bounds[0] < 0.0 => effect.values[i],

@@ -27,6 +27,7 @@ mod viscous_friction;
 pub(crate) use backlash::plays;
 pub use law::{Applies, Compliance, JointLaw, JointSample, JointScales, ParamSpec, Scale, Spec};
 pub(crate) use law::{DAMPING_RATIO, magnitude};
+pub(crate) use stop::stop_positions;
 use trundle_model::Real;
 
 macro_rules! catalogue {
@@ -39,6 +40,11 @@ macro_rules! catalogue {
         impl JointKind {
             /// All kinds.
             pub const ALL: &'static [Self] = &[$(Self::$kind),*];
+
+            /// Whether the drive and the joint move relative to each other.
+            pub(crate) fn is_compliance(self) -> bool {
+                matches!(self, Self::Backlash | Self::Elasticity)
+            }
 
             /// Entry in the catalogue.
             #[must_use]

@@ -33,6 +33,14 @@ fn starts(scales: &JointScales) -> Vec<Vec<f64>> {
     ]
 }
 
+/// Possible positions of a stop with some values: contact over more than half of the range is a spring.
+pub(crate) fn stop_positions(scales: &JointScales, values: &[f64]) -> [f64; 2] {
+    let [_, _, side] = take(values);
+    let [low, high] = scales.range;
+    let middle = f64::midpoint(low, high);
+    if side > 0.0 { [middle, high] } else { [low, middle] }
+}
+
 /// The law with values.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law<T> {

@@ -105,3 +105,10 @@ fn laws_vanish_at_zero_strength() {
         assert!(!is_force || found[0] == 0.0 && found[1] == 0.0, "{kind:?}: {found:?}");
     }
 }
+
+#[test]
+fn a_stop_is_in_its_half_of_the_range() {
+    for (side, expected) in [(1.0, [0.25, 1.5]), (-1.0, [-1.0, 0.25])] {
+        assert_eq!(stop_positions(&SCALES, &[0.0, 1.0, side]), expected);
+    }
+}
