@@ -11,6 +11,8 @@ use crate::tried::Tried;
 /// Least increase of the log evidence by which another effect replaces one, nats. Smaller differences are within the error of
 /// the approximate evidence.
 pub(crate) const MIN_BETTER_NATS: f64 = 1.0;
+/// Static over kinetic friction from which the fit of a refined law starts.
+const REFINED_RATIO: f64 = 1.5;
 
 impl Searcher<'_> {
     /// A model without one of its effects, fitted to its optimum.
@@ -72,11 +74,16 @@ impl Searcher<'_> {
     pub fn refined(&self, mut model: Tried, tried: &mut Vec<Tried>) -> Result<Tried, MechanismError> {
         for index in 0..model.fit.effects.len() {
             self.watch.progress("refinements", index as f64 / model.fit.effects.len() as f64);
-            let mut effects = model.fit.fitted_effects();
-            let Some(values) = refinement(self.problem, &effects[index]) else { continue };
-            effects[index].values = values;
-            let finer = self.tried(fit(self.problem, &effects, Some(&model.fit), Scope::Training, MAX_STEPS));
+            let effects = model.fit.fitted_effects();
             let times = self.times(&model);
+            let finer = |values: Vec<f64>| {
+                let mut effects = effects.clone();
+                effects[index].values = values;
+                fit(self.problem, &effects, Some(&model.fit), Scope::Training, MAX_STEPS)
+            };
+            let all = refinements(self.problem, &effects[index]).into_iter().map(finer);
+            let Some(finer) = all.min_by(|a, b| a.cost(&times).total_cmp(&b.cost(&times))) else { continue };
+            let finer = self.tried(finer);
             if self.support(&model, &finer).is_certain()
                 && finer.log_evidence(&times) > model.log_evidence(&times)
             {
@@ -136,19 +143,27 @@ fn known_without(model: &Tried, index: usize, tried: &[Tried]) -> Option<usize> 
     tried.iter().position(|t| t.kinds() == kinds && t.fit.slots.len() < model.fit.slots.len())
 }
 
-/// Values with the refinements of an effect at starting values; `None` if it has none or they are free.
-fn refinement(problem: &Problem, effect: &Effect) -> Option<Vec<f64>> {
-    let (Kind::Joint(_, j), params) = (effect.kind, effect.kind.params()) else { return None };
+/// Values with the refinements of an effect, from which fits start; none if it has none or they are free. The level that was
+/// fitted without another one may be either of them.
+fn refinements(problem: &Problem, effect: &Effect) -> Vec<Vec<f64>> {
+    let (Kind::Joint(_, j), params) = (effect.kind, effect.kind.params()) else { return vec![] };
     let free = |k: usize| params[k].refines && effect.values[k].is_nan();
     if !(0..params.len()).any(free) {
-        return None;
+        return vec![];
     }
-    let size = effect.values.iter().copied().find(|v| !v.is_nan()).unwrap_or(0.0);
+    let level = effect.values.iter().position(|v| !v.is_nan()).unwrap_or(0);
+    let size = effect.values[level];
     let scales = &problem.joints[j].scales;
-    let one = |k: usize| match (free(k), params[k].scale) {
-        (false, _) => effect.values[k],
-        (true, crate::laws::Scale::Effort) => 1.5 * size,
-        (true, scale) => 0.1 * scale.of(scales),
+    let start = |fast: f64| {
+        let one = |k: usize| match (free(k), params[k].scale) {
+            (false, _) if k == level => fast,
+            (false, _) => effect.values[k],
+            (true, crate::laws::Scale::Effort) => REFINED_RATIO * fast,
+            (true, scale) => 0.1 * scale.of(scales),
+        };
+        (0..params.len()).map(one).collect()
     };
-    Some((0..params.len()).map(one).collect())
+    let has_levels = (0..params.len()).any(|k| free(k) && params[k].scale == crate::laws::Scale::Effort);
+    let levels: &[f64] = if has_levels { &[1.0, 1.0 / REFINED_RATIO] } else { &[1.0] };
+    levels.iter().map(|ratio| start(ratio * size)).collect()
 }

@@ -82,6 +82,8 @@ impl<'a> Searcher<'a> {
             let next = self.extended(&best, &mut tried)?;
             let Some(next) = next else { break };
             best = self.exchanged(next, &mut tried)?;
+            // Another effect must not make up for a law that is too simple.
+            best = self.refined(best, &mut tried)?;
         }
         best = self.merged(best, &mut tried)?;
         best = self.refined(best, &mut tried)?;

@@ -5,7 +5,7 @@ use crate::units::Unit;
 use trundle_model::Real;
 
 /// Transition velocity of the Stribeck curve, in rms velocities of the joint: slower motion counts as rest.
-const TRANSITION: [f64; 2] = [0.1, 0.3];
+const TRANSITION: [f64; 2] = [0.1, 1.0];
 
 pub(super) const SPEC: Spec = Spec {
     effect: "joint_dry_friction",
