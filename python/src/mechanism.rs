@@ -269,29 +269,34 @@ pub(crate) fn episode_of(dict: &Bound<'_, PyDict>, [n, b, p]: [usize; 3]) -> PyR
         Ok(found)
     };
     let effort = shaped("effort", &[n])?;
-    let own_inertia = shaped("own_inertia", &[n])?;
+    let mass_matrix = shaped("mass_matrix", &[n, n])?;
     let mass = shaped("mass", &[n, b])?;
     let gravity = shaped("gravity", &[n, 3])?;
     let payload = shaped("payload", &[n, b, 10])?;
-    let (own_mass, own_payload) = (shaped("own_mass", &[n, b])?, shaped("own_payload", &[n, b, 10])?);
+    let (matrix_mass, own_payload) =
+        (shaped("matrix_mass", &[n, b, n])?, shaped("own_payload", &[n, b, 10])?);
     let mass_gravity = shaped("mass_gravity", &[n, b, 3])?;
     let mass_position = shaped("mass_position", &[n, b, n])?;
     let (position, curvature) = (shaped("position", &[n, n])?, shaped("position_curvature", &[n, n])?);
+    let velocity = shaped("velocity", &[n, n])?;
     let by_parameter = if p > 0 { Some(shaped("parameter", &[n, p])?) } else { None };
     let (mass, gravity) = (mass.as_array(), gravity.as_array());
     let payload = payload.as_array();
     let by_body = |array: ArrayViewD<'_, f64>| -> Vec<Vec<Vec<f64>>> {
         (0..n).map(|j| (0..b).map(|k| column(array.view(), &[j, k])).collect()).collect()
     };
-    let by_mass_and_position = mass_position.as_array();
-    let by_position = |j: usize, body: usize| -> Vec<Vec<f64>> {
-        (0..n).map(|k| column(by_mass_and_position.view(), &[j, body, k])).collect()
+    let by_two_joints = |array: ArrayViewD<'_, f64>| -> Vec<Vec<Vec<f64>>> {
+        (0..n).map(|j| (0..n).map(|k| column(array.view(), &[j, k])).collect()).collect()
+    };
+    let by_body_and_joint = |array: ArrayViewD<'_, f64>| -> Vec<Vec<Vec<Vec<f64>>>> {
+        let of = |j: usize, body: usize| (0..n).map(|k| column(array.view(), &[j, body, k])).collect();
+        (0..n).map(|j| (0..b).map(|body| of(j, body)).collect()).collect()
     };
     Ok(EpisodeDynamics {
         effort: (0..n).map(|j| column(effort.as_array(), &[j])).collect(),
-        own_inertia: (0..n).map(|j| column(own_inertia.as_array(), &[j])).collect(),
+        mass_matrix: by_two_joints(mass_matrix.as_array()),
         by_mass: by_body(mass),
-        inertia_by_mass: by_body(own_mass.as_array()),
+        matrix_by_mass: by_body_and_joint(matrix_mass.as_array()),
         by_gravity: (0..n).map(|j| [0, 1, 2].map(|k| column(gravity.view(), &[j, k]))).collect(),
         by_mass_and_gravity: by_component(mass_gravity.as_array(), [n, b]),
         by_payload: by_component(payload, [n, b]),
@@ -302,7 +307,8 @@ pub(crate) fn episode_of(dict: &Bound<'_, PyDict>, [n, b, p]: [usize; 3]) -> PyR
                 (0..n).map(of).collect()
             })
             .collect(),
-        by_mass_and_offset: (0..n).map(|j| (0..b).map(|body| by_position(j, body)).collect()).collect(),
+        by_velocity: by_two_joints(velocity.as_array()),
+        by_mass_and_offset: by_body_and_joint(mass_position.as_array()),
         by_parameter: by_parameter.map_or(vec![], |parameter| {
             (0..n).map(|j| (0..p).map(|k| column(parameter.as_array(), &[j, k])).collect()).collect()
         }),

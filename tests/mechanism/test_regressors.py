@@ -28,11 +28,9 @@ def changed(arm: Mechanism) -> Mechanism:
     return arm.adjusted()
 
 
-def own_inertia(mechanism: Mechanism) -> Floats:
-    """Return the diagonal of the mass matrix along the motion, (T, n)."""
-    matrix = mechanism.regressors(*motion(), derivatives=False).mass_matrix
-    diagonal: Floats = np.einsum("tii->ti", matrix)
-    return diagonal
+def mass_matrix(mechanism: Mechanism) -> Floats:
+    """Return the mass matrix along the motion, (T, n, n)."""
+    return mechanism.regressors(*motion(), derivatives=False).mass_matrix
 
 
 def test_the_effort_is_that_of_inverse_dynamics(arm: Mechanism, found: Regressors) -> None:
@@ -66,8 +64,8 @@ def test_mass(arm: Mechanism, found: Regressors, body: str) -> None:
     change = other.inverse_dynamics(*motion()) - found.effort
     assert np.abs(change).max() > 0.1
     np.testing.assert_allclose(added * found.mass[body], change, atol=1e-11)
-    own_change = own_inertia(other) - own_inertia(arm)
-    np.testing.assert_allclose(added * found.own_mass[body], own_change, atol=1e-11)
+    matrix_change = mass_matrix(other) - mass_matrix(arm)
+    np.testing.assert_allclose(added * found.matrix_mass[body], matrix_change, atol=1e-11)
     np.testing.assert_allclose(
         arm.adjusted(mass={GROUPS[body][-1]: mass + added}).inverse_dynamics(*motion()),
         found.effort + change,
@@ -127,7 +125,7 @@ def test_payload(arm: Mechanism, found: Regressors, body: str) -> None:
     change = loaded.inverse_dynamics(*motion()) - found.effort
     assert np.abs(change).max() > 0.1
     np.testing.assert_allclose(found.payload[first] @ parameters, change, atol=1e-11)
-    change = own_inertia(loaded) - own_inertia(arm)
+    change = np.einsum("tii->ti", mass_matrix(loaded) - mass_matrix(arm))
     assert np.abs(change).max() > 1e-3
     np.testing.assert_allclose(found.own_payload[first] @ parameters, change, atol=1e-11)
 

@@ -102,7 +102,7 @@ impl Searcher<'_> {
         let is_new = parent.fit.effects.iter().all(|e| e.kind != kind);
         // Play and elasticity of one joint share the only compliance of its equation.
         let conflicts = |other: Kind| match (kind, other) {
-            (Kind::Joint(a, j), Kind::Joint(b, k)) => j == k && is_compliance(a) && is_compliance(b),
+            (Kind::Joint(a, j), Kind::Joint(b, k)) => j == k && a.is_compliance() && b.is_compliance(),
             _ => false,
         };
         is_new
@@ -173,8 +173,4 @@ impl Searcher<'_> {
         sized.sort_by(|a, b| a.0.total_cmp(&b.0));
         sized.into_iter().take(MAX_PLAYS).map(|(_, values)| values).collect()
     }
-}
-
-fn is_compliance(kind: JointKind) -> bool {
-    matches!(kind, JointKind::Backlash | JointKind::Elasticity)
 }

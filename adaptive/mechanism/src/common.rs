@@ -13,13 +13,13 @@ pub(crate) fn needed(
     wants_inertia: bool,
 ) -> Needed<f64> {
     let mut sum = dynamics.effort[j].clone();
-    let mut inertia = wants_inertia.then(|| dynamics.own_inertia[j].clone());
+    let mut inertia = wants_inertia.then(|| dynamics.own_inertia(j).clone());
     for (slot, value) in slots.iter().zip(values) {
         match slot.role {
             Role::Nominal(Nominal::Mass(body)) => {
                 let change = value - problem.bodies[body].1;
                 add(&mut sum, &dynamics.by_mass[j][body], change);
-                inertia.iter_mut().for_each(|sum| add(sum, &dynamics.inertia_by_mass[j][body], change));
+                inertia.iter_mut().for_each(|sum| add(sum, &dynamics.matrix_by_mass[j][body][j], change));
             }
             Role::Nominal(Nominal::Parameter(k)) => {
                 let reference = problem.simulator.as_ref().map_or(0.0, |s| s.parameters[k].reference);
@@ -55,6 +55,20 @@ pub(crate) fn needed(
     Needed { effort: sum, own_inertia: inertia }
 }
 
+/// Entry of the mass matrix for two joints, with refitted masses.
+pub(crate) fn coupling(
+    problem: &Problem,
+    dynamics: &EpisodeDynamics,
+    [j, other]: [usize; 2],
+    (slots, values): (&[Slot], &[f64]),
+) -> Vec<f64> {
+    let mut sum = dynamics.mass_matrix[j][other].clone();
+    for (body, change) in mass_changes(problem, slots, values) {
+        add(&mut sum, &dynamics.matrix_by_mass[j][body][other], change);
+    }
+    sum
+}
+
 /// Derivative of [`needed`] by a slot.
 pub(crate) fn slope(
     problem: &Problem,
@@ -72,7 +86,7 @@ pub(crate) fn slope(
             for effect in with_values(effects, slots, values) {
                 add_with_mass(&mut sum, dynamics, (j, body), &effect, &shift(problem, &effect), 1.0);
             }
-            inertia.iter_mut().for_each(|sum| add(sum, &dynamics.inertia_by_mass[j][body], 1.0));
+            inertia.iter_mut().for_each(|sum| add(sum, &dynamics.matrix_by_mass[j][body][j], 1.0));
         }
         Role::Nominal(Nominal::Parameter(k)) => add(&mut sum, &dynamics.by_parameter[j][k], 1.0),
         Role::Nominal(_) => {}

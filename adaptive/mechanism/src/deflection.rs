@@ -16,36 +16,50 @@ const MAX_FREQUENCY: f64 = 3.2;
 pub(crate) struct Unmeasured<T> {
     pub inertia: T,
     pub damping: T,
+    /// Derivative by its position of the effort that it needs.
+    pub stiffness: T,
 }
 
-/// Effort through the transmission every `dt` seconds.
+/// State of the transmission at one time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Deflection<T> {
+    /// Position of the drive less that of the joint.
+    pub position: T,
+    /// Its derivatives.
+    pub velocity: T,
+    pub acceleration: T,
+    /// Effort through the transmission.
+    pub effort: T,
+}
+
+/// States of the transmission every `dt` seconds.
 ///
 /// `rigid` is the effort that a rigid transmission would transmit. The difference z of the positions of both sides follows
-/// I z″ + (D + c) z′ + k z = `rigid`, with inertia I and damping D of the unmeasured side, stiffness k and damping c: the
-/// equation of the unmeasured side less the same equation along the measured motion (Spong 1987). It is integrated by
+/// I z″ + (D + c) z′ + (K + k) z = `rigid`, with inertia I, damping D and stiffness K of the unmeasured side, stiffness k and
+/// damping c: the equation of the unmeasured side less the same equation along the measured motion (Spong 1987). It is integrated by
 /// Newmark's method.
-pub(crate) fn transmitted<T: Real>(
+pub(crate) fn deflections<T: Real>(
     rigid: &[T],
     compliance: Compliance<T>,
     side: &dyn Fn(usize) -> Unmeasured<T>,
     dt: f64,
-) -> Vec<T> {
+) -> Vec<Deflection<T>> {
     let gamma = 0.5 + NUMERICAL_DAMPING;
     let beta = (0.5 + gamma).powi(2) / 4.0;
     let stiffness = compliance.stiffness;
-    let mut z = rigid.first().map_or_else(T::zero, |first| *first / stiffness);
+    let mut z = rigid.first().map_or_else(T::zero, |first| *first / (stiffness + side(0).stiffness));
     let (mut v, mut a) = (T::zero(), T::zero());
     let one = |(k, effort): (usize, &T)| {
-        let Unmeasured { inertia, damping } = side(k);
+        let Unmeasured { inertia, damping, stiffness: other } = side(k);
         let own = damping_of(compliance, inertia);
         let total = damping + own;
         if k > 0 {
             let (next_z, next_v) = (z + v * dt + a * ((0.5 - beta) * dt * dt), v + a * ((1.0 - gamma) * dt));
-            let resistance = inertia + total * (gamma * dt) + stiffness * (beta * dt * dt);
-            a = (*effort - total * next_v - stiffness * next_z) / resistance;
+            let resistance = inertia + total * (gamma * dt) + (stiffness + other) * (beta * dt * dt);
+            a = (*effort - total * next_v - (stiffness + other) * next_z) / resistance;
             (z, v) = (next_z + a * (beta * dt * dt), next_v + a * (gamma * dt));
         }
-        stiffness * z + own * v
+        Deflection { position: z, velocity: v, acceleration: a, effort: stiffness * z + own * v }
     };
     rigid.iter().enumerate().map(one).collect()
 }
@@ -101,17 +115,22 @@ fn damping_of<T: Real>(compliance: Compliance<T>, inertia: T) -> T {
 
 #[cfg(test)]
 mod tests {
-    use super::{Unmeasured, noise_share, transmitted};
+    use super::{Unmeasured, deflections, noise_share};
     use crate::bandwidth::StageSds;
     use crate::laws::Compliance;
 
     const DT: f64 = 0.002;
 
+    fn transmitted(rigid: &[f64], compliance: Compliance<f64>) -> Vec<f64> {
+        let side = |_: usize| Unmeasured { inertia: 0.02, damping: 0.1, stiffness: 0.0 };
+        deflections(rigid, compliance, &side, DT).iter().map(|found| found.effort).collect()
+    }
+
     /// Amplitude of the transmitted effort for a sine of amplitude one, after the transient.
     fn amplitude(frequency: f64, damping: Option<f64>) -> f64 {
         let rigid: Vec<f64> = (0..20_000).map(|k| (frequency * k as f64 * DT).sin()).collect();
         let compliance = Compliance { stiffness: 50.0, damping };
-        let found = transmitted(&rigid, compliance, &|_| Unmeasured { inertia: 0.02, damping: 0.1 }, DT);
+        let found = transmitted(&rigid, compliance);
         found[15_000..].iter().fold(0.0, |most, effort| f64::max(most, effort.abs()))
     }
 
@@ -136,7 +155,7 @@ mod tests {
     fn a_stiff_transmission_is_rigid() {
         let rigid: Vec<f64> = (0..1000).map(|k| (8.0 * k as f64 * DT).sin()).collect();
         let compliance = Compliance { stiffness: 1e9, damping: None };
-        let found = transmitted(&rigid, compliance, &|_| Unmeasured { inertia: 0.02, damping: 0.1 }, DT);
+        let found = transmitted(&rigid, compliance);
         assert!(rigid.iter().zip(&found).all(|(rigid, found)| (rigid - found).abs() < 1e-3));
     }
 
@@ -146,7 +165,7 @@ mod tests {
             let compliance = Compliance { stiffness, damping: Some(0.1) };
             noise_share(
                 compliance,
-                Unmeasured { inertia: 0.5, damping: 0.1 },
+                Unmeasured { inertia: 0.5, damping: 0.1, stiffness: 0.0 },
                 measured,
                 StageSds { first: 0.02, second: 0.02 },
             )

@@ -1,5 +1,6 @@
 //! What the nominal mechanism needs along the measured motion: efforts, and their derivatives.
 
+use crate::error::MechanismError;
 use crate::simulator::SimulatorSetup;
 
 /// Dynamics along one episode. The outer index is the joint, the last index is the time.
@@ -7,12 +8,12 @@ use crate::simulator::SimulatorSetup;
 pub struct EpisodeDynamics {
     /// Effort that the model needs at its own parameters, without armature and damping of the joints.
     pub effort: Vec<Vec<f64>>,
-    /// Diagonal of the mass matrix without armature: the joint's own inertia.
-    pub own_inertia: Vec<Vec<f64>>,
+    /// Mass matrix without armature: by joint, then by the other joint.
+    pub mass_matrix: Vec<Vec<Vec<f64>>>,
     /// Derivative of the effort by each body's mass, whose inertia scales with it: by joint, then by body.
     pub by_mass: Vec<Vec<Vec<f64>>>,
-    /// The same of the own inertia.
-    pub inertia_by_mass: Vec<Vec<Vec<f64>>>,
+    /// The same of the mass matrix: by joint, then by body, then by the other joint.
+    pub matrix_by_mass: Vec<Vec<Vec<Vec<f64>>>>,
     /// Derivative of the effort by each component of gravity, world axes: by joint, then x, y, z.
     pub by_gravity: Vec<[Vec<f64>; 3]>,
     /// Derivative of the effort by a body's mass and a component of gravity together: by joint, then by body, then x, y, z.
@@ -24,11 +25,20 @@ pub struct EpisodeDynamics {
     pub inertia_by_payload: Vec<Vec<[Vec<f64>; 10]>>,
     /// First and second derivative of the effort by the position of another joint: by joint, then by the other joint.
     pub by_offset: Vec<Vec<[Vec<f64>; 2]>>,
+    /// Derivative of the effort by the velocity of another joint: by joint, then by the other joint.
+    pub by_velocity: Vec<Vec<Vec<f64>>>,
     /// Derivative of the effort by a body's mass and the position of another joint together: by joint, then by body, then by
     /// the other joint.
     pub by_mass_and_offset: Vec<Vec<Vec<Vec<f64>>>>,
     /// Derivative of the effort by each parameter of the user's own simulator: by joint, then by parameter.
     pub by_parameter: Vec<Vec<Vec<f64>>>,
+}
+
+impl EpisodeDynamics {
+    /// Diagonal of the mass matrix at a joint: its own inertia.
+    pub(crate) fn own_inertia(&self, j: usize) -> &Vec<f64> {
+        &self.mass_matrix[j][j]
+    }
 }
 
 /// What the links of a model need at one joint along an episode.
@@ -98,7 +108,7 @@ impl Dynamics {
     fn lever_arm(&self, body: usize) -> f64 {
         let radius = |j: usize| {
             let episodes =
-                self.episodes.iter().filter_map(|episode| episode.inertia_by_mass.get(j)?.get(body));
+                self.episodes.iter().filter_map(|episode| episode.matrix_by_mass.get(j)?.get(body)?.get(j));
             rms_of(episodes.flatten().map(|inertia| inertia.max(0.0).sqrt()))
         };
         let hinges = (0..self.is_hinge.len()).filter(|j| self.is_hinge[*j]);
@@ -111,4 +121,69 @@ impl Dynamics {
 pub(crate) fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
     (sum / f64::max(count, 1.0)).sqrt()
+}
+
+/// The dynamics of an episode, for its name, its number of samples and the number of joints.
+///
+/// # Errors
+/// If there are none, or the sizes differ.
+pub(crate) fn checked(
+    all: &Dynamics,
+    index: usize,
+    (name, len): (&str, usize),
+    joints: usize,
+) -> Result<EpisodeDynamics, MechanismError> {
+    let problem =
+        |reason: &str| MechanismError::Dynamics { episode: name.to_owned(), reason: reason.to_owned() };
+    let own = all.episodes.get(index).ok_or_else(|| problem("there is no entry for it"))?;
+    let per_joint = [all.armature.len(), all.damping.len(), all.frictionloss.len(), all.is_hinge.len()];
+    if per_joint.iter().any(|n| *n != joints) {
+        return Err(problem(WRONG_JOINTS));
+    }
+    check_episode(own, name, (joints, all.masses.len(), len))?;
+    let count = all.simulator.as_ref().map_or(0, |simulator| simulator.parameters.len());
+    if count > 0 && (own.by_parameter.len() != joints || own.by_parameter.iter().any(|p| p.len() != count)) {
+        return Err(problem("`by_parameter` needs one array for each joint and parameter"));
+    }
+    Ok(own.clone())
+}
+
+const WRONG_JOINTS: &str = "the number of joints differs from the recording's";
+
+/// Check the arrays of an episode for numbers of joints, bodies and samples.
+pub(crate) fn check_episode(
+    own: &EpisodeDynamics,
+    name: &str,
+    (joints, bodies, len): (usize, usize, usize),
+) -> Result<(), MechanismError> {
+    let problem =
+        |reason: &str| MechanismError::Dynamics { episode: name.to_owned(), reason: reason.to_owned() };
+    let fits = |series: &Vec<f64>| series.len() == len && series.iter().all(|x| x.is_finite());
+    if own.effort.len() != joints || own.mass_matrix.len() != joints {
+        return Err(problem(WRONG_JOINTS));
+    }
+    let by_parameter = own.by_parameter.iter().flatten();
+    let by_body = own.by_mass.iter().flatten().chain(own.matrix_by_mass.iter().flatten().flatten());
+    let by_body = by_body.chain(own.by_payload.iter().chain(&own.inertia_by_payload).flatten().flatten());
+    let by_body = by_body.chain(own.by_mass_and_gravity.iter().flatten().flatten());
+    let by_body = by_body.chain(own.by_mass_and_offset.iter().flatten().flatten());
+    let by_body = by_body.chain(own.by_velocity.iter().flatten());
+    let others = own.by_gravity.iter().flatten().chain(own.by_offset.iter().flatten().flatten());
+    if !own
+        .effort
+        .iter()
+        .chain(own.mass_matrix.iter().flatten())
+        .chain(by_body)
+        .chain(others)
+        .chain(by_parameter)
+        .all(fits)
+    {
+        return Err(problem(
+            "an array has another length than the motion, or contains a value that is not finite",
+        ));
+    }
+    if own.by_mass.len() != joints || own.by_mass.iter().any(|of_joint| of_joint.len() != bodies) {
+        return Err(problem("`by_mass` needs one array for each joint and body"));
+    }
+    Ok(())
 }

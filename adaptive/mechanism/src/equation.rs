@@ -1,12 +1,14 @@
 //! The equation of one joint along the measured motion: what its drive and the laws exert, less what the mechanism
 //! needs. Its residual is zero for the right model.
 
-use crate::deflection::{Unmeasured, noise_share, transmitted};
+mod transmission;
+
+use crate::deflection::Unmeasured;
 use crate::drive::Drive;
 use crate::dynamics::{AxisLoad, Needed};
 use crate::laws::{JointSample, Law, law_terms, magnitude};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
-use crate::play::{Side, SideMotion, unseen_side};
+use crate::play::Side;
 use crate::problem::{EpisodeData, JointSetup, Problem};
 use crate::series::Series;
 use crate::shares::{at_least_small, delivered_share, inertia_share, passed_share};
@@ -211,7 +213,7 @@ impl<T: Real> JointModel<T> {
         let own_inertia = |k: usize| {
             let axis = || self.inertia * episode.load.inertia_factor + episode.load.inertia;
             let given =
-                || episode.dynamics.as_ref().map_or_else(axis, |given| T::lift(given.own_inertia[j][k]));
+                || episode.dynamics.as_ref().map_or_else(axis, |given| T::lift(given.own_inertia(j)[k]));
             common.and_then(|common| common.own_inertia.as_ref()).map_or_else(given, |own| own[k])
         };
         let external = |k: usize| own_inertia(k) * series.a[k] - needed[k] + known[k];
@@ -221,8 +223,13 @@ impl<T: Real> JointModel<T> {
             (Some(drive), false) => drive[k] - self.armature * series.a[k] - self.damping * series.v[k],
             _ => needed[k] - known[k],
         };
-        let (elastic, yielding) =
-            self.elastic(series.q.len(), on_drive, &rigid, &own_inertia, episode.dt).unzip();
+        let stiffness = |k: usize| match &episode.dynamics {
+            Some(given) => T::lift(given.by_offset[j][j][0][k]),
+            None => {
+                let (sin, cos) = (-self.offset + series.q[k]).sin_cos();
+                (self.gravity[0] * cos - self.gravity[1] * sin) * episode.load.gravity_factor
+            }
+        };
         let [_, _, loss] = problem.of_model[j];
         let sample = |k: usize| JointSample {
             q: series.q[k],
@@ -235,15 +242,19 @@ impl<T: Real> JointModel<T> {
         let dry_friction = |at: &JointSample<T>| -> T {
             self.laws.iter().fold(T::lift(loss), |level, law| level + law.dry_friction(at))
         };
-        let side = |k: usize| match on_drive {
-            true => {
-                Side { effort: external(k), inertia: own_inertia(k), damping: T::zero(), friction: T::zero() }
-            }
-            false => {
-                let at = sample(k);
-                let (inertia, damping, friction) = (self.armature, self.damping, dry_friction(&at));
-                Side { effort: at.drive.unwrap_or_else(T::zero), inertia, damping, friction }
-            }
+        let resistance = |k: usize| match on_drive {
+            true => Unmeasured { inertia: own_inertia(k), damping: T::zero(), stiffness: stiffness(k) },
+            false => Unmeasured { inertia: self.armature, damping: self.damping, stiffness: T::zero() },
+        };
+        let (elastic, yielding) =
+            self.elastic(series.q.len(), on_drive, &rigid, &resistance, episode.dt).unzip();
+        let side = |k: usize| {
+            let at = sample(k);
+            let (effort, friction) = match on_drive {
+                true => (at.external, T::zero()),
+                false => (at.drive.unwrap_or_else(T::zero), dry_friction(&at)),
+            };
+            Side { effort, friction, resistance: resistance(k) }
         };
         let loose = self.loose(&series.q, on_drive, &side, episode.dt);
         let bridged = drive.as_ref().zip(loose.as_ref()).filter(|_| !on_drive).map(|(drive, loose)| {
@@ -252,7 +263,7 @@ impl<T: Real> JointModel<T> {
         });
         let filtered = self.noise_share(problem, on_drive, &own_inertia, series.q.len());
         let heavier = episode.dynamics.as_ref().filter(|_| self.is_passive).and_then(|given| {
-            inertia_share((&own_inertia, self.armature), (&given.own_inertia[j], problem.of_model[j][0]))
+            inertia_share((&own_inertia, self.armature), (given.own_inertia(j), problem.of_model[j][0]))
         });
         let compliant = elastic.or(loose);
         let largest = self.largest_effort(setup, series);
@@ -297,82 +308,12 @@ impl<T: Real> JointModel<T> {
         let values = (0..series.q.len()).map(one).collect();
         Residual { values, per_effort, friction }
     }
-
-    /// Effort by which an elastic transmission changes the equation, and the share of the effort's changes that it passes;
-    /// `None` without one. `rigid` is the effort that a rigid one would transmit.
-    fn elastic(
-        &self,
-        len: usize,
-        encoder_on_drive: bool,
-        rigid: &dyn Fn(usize) -> T,
-        own_inertia: &dyn Fn(usize) -> T,
-        dt: f64,
-    ) -> Option<(Vec<T>, T)> {
-        let compliance = self.laws.iter().find_map(Law::compliance)?;
-        let side = |k: usize| match encoder_on_drive {
-            true => Unmeasured { inertia: own_inertia(k), damping: T::zero() },
-            false => Unmeasured { inertia: self.armature, damping: self.damping },
-        };
-        let rigid: Vec<T> = (0..len).map(rigid).collect();
-        let found = transmitted(&rigid, compliance, &side, dt);
-        let change = |(found, rigid): (&T, &T)| {
-            if encoder_on_drive { *rigid - *found } else { *found - *rigid }
-        };
-        let passed = if encoder_on_drive { T::lift(1.0) } else { passed_share(&|k| rigid[k], &found) };
-        Some((found.iter().zip(&rigid).map(change).collect(), passed))
-    }
-
-    /// See [`noise_share`]; with the mean own inertia of an episode.
-    fn noise_share(
-        &self,
-        problem: &Problem,
-        encoder_on_drive: bool,
-        own_inertia: &dyn Fn(usize) -> T,
-        len: usize,
-    ) -> Option<T> {
-        let compliance = self.laws.iter().find_map(Law::compliance)?;
-        let mut own = T::zero();
-        (0..len).for_each(|k| own += own_inertia(k) / len as f64);
-        let drive = Unmeasured { inertia: self.armature, damping: self.damping };
-        let (other, measured) = match encoder_on_drive {
-            true => (Unmeasured { inertia: own, damping: T::zero() }, self.armature),
-            false => (drive, own),
-        };
-        Some(noise_share(compliance, other, measured, problem.stages))
-    }
-
-    /// Effort by which a play between drive and joint changes the equation; `None` without one. `seen` are the positions of
-    /// the measured side; `side` is the other one.
-    fn loose(
-        &self,
-        seen: &[f64],
-        encoder_on_drive: bool,
-        side: &dyn Fn(usize) -> Side<T>,
-        dt: f64,
-    ) -> Option<Vec<T>> {
-        let gap = self.laws.iter().find_map(Law::gap)?;
-        let unseen = unseen_side(seen, gap, dt, side);
-        let one = |(k, motion): (usize, &SideMotion<T>)| {
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(unseen.len() - 1));
-            let curvature = (seen[after] - 2.0 * seen[k] + seen[before]) / (dt * dt);
-            let velocity = slope(seen, k, dt);
-            let Side { inertia, damping, friction, .. } = side(k);
-            let change = inertia * (-motion.acceleration + curvature);
-            if encoder_on_drive {
-                return change;
-            }
-            // While it moves freely, dry friction opposes the velocity of the drive, not that of the joint.
-            let other = motion.friction.map_or_else(T::zero, |own| friction * velocity.signum() - own);
-            change + damping * (-motion.velocity + velocity) + other
-        };
-        Some(unseen.iter().enumerate().map(one).collect())
-    }
 }
 
 impl JointModel<f64> {
     /// Whether its laws can be simulated forward.
     pub fn can_be_simulated(&self) -> bool {
-        self.laws.iter().all(|law| law.compliance().is_none() && law.gap().is_none())
+        self.compliance().is_none() && self.gap().is_none()
     }
 
     /// Torque that gravity exerts on an axis at a position.

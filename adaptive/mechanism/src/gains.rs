@@ -18,7 +18,7 @@ impl Searcher<'_> {
             let Kind::Joint(JointKind::EffortGain, joint) = model.fit.effects[index].kind else { continue };
             let reduced = self.without_effect(&model, index, tried);
             let is_other = |kind: Kind| {
-                let moves_same = |j: usize| j != joint && self.coupled[joint].contains(&j);
+                let moves_same = |j: usize| j != joint && self.coupling.by_masses[joint].contains(&j);
                 matches!(kind, Kind::Joint(JointKind::EffortGain, j) if moves_same(j))
             };
             let with = |kind: Kind| {

@@ -25,6 +25,7 @@ mod lack_of_fit;
 mod laws;
 mod leftovers;
 mod limits;
+mod links;
 mod location;
 mod memo;
 mod model;

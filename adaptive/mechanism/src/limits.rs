@@ -1,6 +1,5 @@
 //! Limits of the probabilities of names, by what the named effects explain and leave.
 
-use crate::coupling::acts_on;
 use crate::lack_of_fit::{CERTAIN_EXPLANATION, LackOfFit, explanation};
 use crate::model::{Effect, Kind};
 use crate::problem::Problem;
@@ -43,7 +42,7 @@ pub(crate) fn limits(
     let best = found.best.clone();
     // Effects that leave much of the misfit are less probably the right ones. Without a gain, the masses may move the misfit to
     // another joint.
-    let own = |k: usize, tried: &mut Vec<Tried>| match acts_on(&searcher.coupled, best.fit.effects[k].kind) {
+    let own = |k: usize, tried: &mut Vec<Tried>| match searcher.coupling.acts_on(best.fit.effects[k].kind) {
         Some(joints) if joints.len() == 1 => joints,
         Some(joints) => {
             let reduced = searcher.material_joints(&found.base, &best);

@@ -1,5 +1,6 @@
 //! Motion of that side of a play whose position is not measured.
 
+use crate::deflection::Unmeasured;
 use crate::laws::magnitude;
 use trundle_model::Real;
 
@@ -8,17 +9,15 @@ use trundle_model::Real;
 pub(crate) struct Side<T> {
     /// Effort on it, without that of the other side.
     pub effort: T,
-    /// Its inertia.
-    pub inertia: T,
-    /// Its damping.
-    pub damping: T,
     /// Level of dry friction on it.
     pub friction: T,
+    pub resistance: Unmeasured<T>,
 }
 
 /// Motion of a side at one time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SideMotion<T> {
+    pub position: T,
     pub acceleration: T,
     pub velocity: T,
     /// Effort of dry friction, positive against a positive velocity; `None` while it moves with the measured side.
@@ -42,11 +41,11 @@ pub(crate) fn unseen_side<T: Real>(
     let mut found = Vec::with_capacity(seen.len());
     for k in 0..seen.len() {
         let Some(next) = seen.get(k + 1) else {
-            found.push(SideMotion { acceleration: T::zero(), velocity: v, friction: None });
+            found.push(SideMotion { position: x, acceleration: T::zero(), velocity: v, friction: None });
             break;
         };
-        let Side { effort, inertia, damping, friction } = side(k);
-        let impulse = inertia * v + effort * dt;
+        let Side { effort, friction, resistance: Unmeasured { inertia, damping, stiffness } } = side(k);
+        let impulse = inertia * v + (effort - stiffness * (x - seen[k])) * dt;
         let stopping = if magnitude(impulse).re() <= friction.re() * dt {
             impulse
         } else {
@@ -64,6 +63,7 @@ pub(crate) fn unseen_side<T: Real>(
         // Velocities belong to the middle of the intervals.
         let velocity = (reached - x) / dt;
         found.push(SideMotion {
+            position: x,
             acceleration: (velocity - v) / dt,
             velocity: (velocity + v) * 0.5,
             friction: is_free.then_some(stopping / dt),
@@ -76,6 +76,7 @@ pub(crate) fn unseen_side<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::{Side, SideMotion, unseen_side};
+    use crate::deflection::Unmeasured;
 
     const DT: f64 = 0.001;
 
@@ -85,7 +86,11 @@ mod tests {
 
     fn relative(gap: f64, effort: f64, friction: f64) -> Vec<f64> {
         let seen: Vec<f64> = (0..6000).map(swing).collect();
-        let side = |_: usize| Side { effort, inertia: 0.5, damping: 0.0, friction };
+        let side = |_: usize| Side {
+            effort,
+            friction,
+            resistance: Unmeasured { inertia: 0.5, damping: 0.0, stiffness: 0.0 },
+        };
         let (mut x, mut v) = (seen[0], (seen[1] - seen[0]) / DT);
         let mut step = |motion: SideMotion<f64>, k: usize| {
             v += motion.acceleration * DT;

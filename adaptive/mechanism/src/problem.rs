@@ -2,7 +2,7 @@
 
 use crate::bandwidth::StageSds;
 use crate::drive::Drive;
-use crate::dynamics::{AxisLoad, Dynamics, EpisodeDynamics, rms_of};
+use crate::dynamics::{AxisLoad, Dynamics, EpisodeDynamics, checked, rms_of};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
 use crate::laws::JointScales;
@@ -136,7 +136,9 @@ impl Problem {
             motion.joints.iter().map(|joint| Drive::of(recording, joint)).collect::<Result<_, _>>()?;
         let mut episodes = vec![];
         for (k, episode) in motion.episodes.iter().enumerate() {
-            let own = dynamics.map(|all| checked(all, k, episode, motion.joints.len())).transpose()?;
+            let own = dynamics
+                .map(|all| checked(all, k, (&episode.name, episode.grid.len), motion.joints.len()))
+                .transpose()?;
             episodes.push(episode_data(recording, motion, episode, &drives, own));
         }
         let axis = dynamics.is_none().then_some(AxisSetup {
@@ -270,7 +272,7 @@ impl Problem {
     /// Size of the inertia that a joint feels.
     fn inertia_of(&self, j: usize, scales: &JointScales) -> f64 {
         let training = self.episodes.iter().filter(|e| !e.held_out);
-        let own = training.filter_map(|e| e.dynamics.as_ref()).flat_map(|d| d.own_inertia[j].iter().copied());
+        let own = training.filter_map(|e| e.dynamics.as_ref()).flat_map(|d| d.own_inertia(j).iter().copied());
         match self.axis {
             Some(axis) => axis.inertia.unwrap_or_else(|| crate::laws::Scale::Inertia.of(scales)),
             None => rms_of(own) + self.of_model[j][0],
@@ -299,58 +301,6 @@ fn timing(drive: Drive, interval: f64) -> [f64; 2] {
         _ if drive.is_held() => [-half, 0.0],
         _ => [-half, half],
     }
-}
-
-fn checked(
-    all: &Dynamics,
-    index: usize,
-    episode: &EpisodeMotion,
-    joints: usize,
-) -> Result<EpisodeDynamics, MechanismError> {
-    let problem =
-        |reason: &str| MechanismError::Dynamics { episode: episode.name.clone(), reason: reason.to_owned() };
-    let own = all.episodes.get(index).ok_or_else(|| problem("there is no entry for it"))?;
-    let per_joint = [all.armature.len(), all.damping.len(), all.frictionloss.len(), all.is_hinge.len()];
-    if per_joint.iter().any(|n| *n != joints) {
-        return Err(problem(WRONG_JOINTS));
-    }
-    check_episode(own, &episode.name, (joints, all.masses.len(), episode.grid.len))?;
-    let count = all.simulator.as_ref().map_or(0, |simulator| simulator.parameters.len());
-    if count > 0 && (own.by_parameter.len() != joints || own.by_parameter.iter().any(|p| p.len() != count)) {
-        return Err(problem("`by_parameter` needs one array for each joint and parameter"));
-    }
-    Ok(own.clone())
-}
-
-const WRONG_JOINTS: &str = "the number of joints differs from the recording's";
-
-/// Check the arrays of an episode for numbers of joints, bodies and samples.
-pub(crate) fn check_episode(
-    own: &EpisodeDynamics,
-    name: &str,
-    (joints, bodies, len): (usize, usize, usize),
-) -> Result<(), MechanismError> {
-    let problem =
-        |reason: &str| MechanismError::Dynamics { episode: name.to_owned(), reason: reason.to_owned() };
-    let fits = |series: &Vec<f64>| series.len() == len && series.iter().all(|x| x.is_finite());
-    if own.effort.len() != joints || own.own_inertia.len() != joints {
-        return Err(problem(WRONG_JOINTS));
-    }
-    let by_parameter = own.by_parameter.iter().flatten();
-    let by_body = own.by_mass.iter().chain(&own.inertia_by_mass).flatten();
-    let by_body = by_body.chain(own.by_payload.iter().chain(&own.inertia_by_payload).flatten().flatten());
-    let by_body = by_body.chain(own.by_mass_and_gravity.iter().flatten().flatten());
-    let by_body = by_body.chain(own.by_mass_and_offset.iter().flatten().flatten());
-    let others = own.by_gravity.iter().flatten().chain(own.by_offset.iter().flatten().flatten());
-    if !own.effort.iter().chain(&own.own_inertia).chain(by_body).chain(others).chain(by_parameter).all(fits) {
-        return Err(problem(
-            "an array has another length than the motion, or contains a value that is not finite",
-        ));
-    }
-    if own.by_mass.len() != joints || own.by_mass.iter().any(|of_joint| of_joint.len() != bodies) {
-        return Err(problem("`by_mass` needs one array for each joint and body"));
-    }
-    Ok(())
 }
 
 fn episode_data(

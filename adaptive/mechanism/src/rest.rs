@@ -4,10 +4,10 @@
 //! The variance of such a sample is that of other samples, plus the square of the friction's mean uncertainty over the
 //! window of the filter. It counts like any other if the joint has no dry friction, and hardly if it has much.
 
-use crate::common;
 use crate::equation::JointModel;
 use crate::fit::{Fit, MAX_STEPS, fit};
 use crate::laws::JointKind;
+use crate::links::needed_at;
 use crate::model::{Effect, Kind};
 use crate::problem::{EpisodeData, Problem};
 use crate::rows::Scope;
@@ -60,8 +60,8 @@ fn uncertainty(problem: &Problem, model: &Fit, j: usize, episode: &EpisodeData) 
     let Fit { effects, slots, values, .. } = model;
     let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);
     let wants_inertia = !model.is_linear_in_needed();
-    let needed = |d| common::needed(problem, d, j, (effects, slots, values), wants_inertia);
-    let found = model.residual(problem, j, episode, episode.dynamics.as_ref().map(needed).as_ref());
+    let needed = needed_at(problem, episode, j, (effects, slots, values), wants_inertia);
+    let found = model.residual(problem, j, episode, needed.as_ref());
     let size = found.per_effort.iter().copied().fold(0.0, f64::max);
     let rests = |k: usize| episode.joints[j].v[k].abs() < problem.joints[j].rest_speed;
     let one = |k: usize| if rests(k) { MAX_STICTION * size * found.friction[k] } else { 0.0 };

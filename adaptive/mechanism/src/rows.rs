@@ -4,6 +4,7 @@ use crate::common;
 use crate::drive::Drive;
 use crate::dynamics::Needed;
 use crate::equation::JointModel;
+use crate::links::needed_at;
 use crate::model::{Effect, Slot};
 use crate::problem::{EpisodeData, Problem};
 use nalgebra::{DMatrix, DVector};
@@ -106,7 +107,7 @@ fn joint_rows(
         }
         let series = &episode.joints[j];
         let known = (effects, slots, values);
-        let needed = episode.dynamics.as_ref().map(|d| common::needed(problem, d, j, known, wants_inertia));
+        let needed = needed_at(problem, episode, j, known, wants_inertia);
         let mut per_effort = vec![];
         if !with_derivatives {
             let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);

@@ -4,7 +4,7 @@ use crate::answer::{
     JointAnswer, JointBeforeAfter, JointEffect, JointFit, JointMismatch, JointNominal, JointParameter,
     JointResidual,
 };
-use crate::coupling::{acts_on, coupled_joints};
+use crate::coupling::Coupling;
 use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
 use crate::figures::figures;
@@ -151,8 +151,8 @@ fn verdict(
         true => after[j].exceeds_noise,
         false => after[j].is_material && remaining(found, before, after, j) > MAX_RESIDUAL_GAIN_SHARE,
     };
-    let coupled = coupled_joints(problem);
-    let is_poor = |kind: &Kind| match acts_on(&coupled, *kind) {
+    let coupling = Coupling::of(problem);
+    let is_poor = |kind: &Kind| match coupling.acts_on(*kind) {
         Some(joints) => joints.iter().all(|j| explained(problem, found, &[*j]) < MIN_EXPLANATION),
         None => false,
     };

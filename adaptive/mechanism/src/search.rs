@@ -1,7 +1,7 @@
 //! Search for missing effects: forward selection with exchange, each effect tested on left-out parts of the training
 //! episodes.
 
-use crate::coupling::{acts_on, coupled_joints};
+use crate::coupling::Coupling;
 use crate::cross_validation::left_out;
 use crate::error::MechanismError;
 use crate::figures::figures;
@@ -33,13 +33,12 @@ pub(crate) struct Searcher<'a> {
     pub without: &'a [String],
     pub watch: &'a dyn Watch,
     pub memo: Memo,
-    /// For each joint, those that a free mass couples to it, see [`crate::coupling`].
-    pub coupled: Vec<Vec<usize>>,
+    pub coupling: Coupling,
 }
 
 impl<'a> Searcher<'a> {
     pub fn new(problem: &'a Problem, without: &'a [String], watch: &'a dyn Watch) -> Self {
-        Self { problem, without, watch, memo: Memo::default(), coupled: coupled_joints(problem) }
+        Self { problem, without, watch, memo: Memo::default(), coupling: Coupling::of(problem) }
     }
 
     /// Run the search.
@@ -235,7 +234,7 @@ impl<'a> Searcher<'a> {
             other.iter().filter(|k| !own.contains(k)).chain(own.iter().filter(|k| !other.contains(k)));
         let own = |kind: &Kind| match kind {
             Kind::EncoderOffset(_) if self.problem.axis.is_none() => None,
-            _ => acts_on(&self.coupled, *kind),
+            _ => self.coupling.acts_on(*kind),
         };
         let joints: Option<Vec<Vec<usize>>> = difference.map(own).collect();
         // Refinements change values only.

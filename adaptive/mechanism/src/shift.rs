@@ -26,6 +26,12 @@ pub(crate) fn delayed<T: Real>(samples: &[f64], delay: T) -> Vec<T> {
     (0..samples.len()).map(one).collect()
 }
 
+/// Second difference quotient of samples; at the ends, the end is repeated.
+pub(crate) fn curvature(samples: &[f64], k: usize, dt: f64) -> f64 {
+    let (before, after) = (k.saturating_sub(1), (k + 1).min(samples.len() - 1));
+    (samples[after] - 2.0 * samples[k] + samples[before]) / (dt * dt)
+}
+
 /// First-order lag; a negative time constant inverts the lag of a reading. Lags shorter than an interval are
 /// approximated to second order.
 pub(crate) fn lagged<T: Real>(samples: &[T], lag: T, dt: f64) -> Vec<T> {

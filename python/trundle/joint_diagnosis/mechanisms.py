@@ -254,19 +254,21 @@ def motion_dynamics(
     found = mechanism.regressors(own["q"], own["v"], own["a"], derivatives=derivatives)
     armature, damping = mechanism.armature, mechanism.damping
     bodies, (samples, n) = mechanism.bodies, found.effort.shape
-    zeros = {body: np.zeros((samples, n, n)) for body in bodies}
+    nothing = np.zeros((samples, n, n))
+    zeros = dict.fromkeys(bodies, nothing)
     arrays = {
         "effort": found.effort - found.friction - armature * own["a"] - damping * own["v"],
-        "own_inertia": np.einsum("tii->ti", found.mass_matrix) - armature,
+        "mass_matrix": found.mass_matrix - np.diag(armature),
         "mass": _by_body(found.mass, bodies),
         "gravity": found.gravity,
         "payload": _by_body(found.payload, bodies),
-        "own_mass": _by_body(found.own_mass, bodies),
+        "matrix_mass": _by_body(found.matrix_mass, bodies),
         "own_payload": _by_body(found.own_payload, bodies),
         "mass_gravity": _by_body(found.mass_gravity, bodies),
         "mass_position": _by_body(found.mass_position or zeros, bodies),
-        "position": np.zeros((samples, n, n)) if found.position is None else found.position,
-        "position_curvature": np.zeros((samples, n, n)) if found.curvature is None else found.curvature,
+        "position": nothing if found.position is None else found.position,
+        "position_curvature": nothing if found.curvature is None else found.curvature,
+        "velocity": nothing if found.velocity is None else found.velocity - np.diag(damping),
     }
     return {name: np.ascontiguousarray(values, dtype=float) for name, values in arrays.items()}
 

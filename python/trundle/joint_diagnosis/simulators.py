@@ -121,13 +121,14 @@ class SimulatorUnderTest:
         place = (self.simulator, samples, q, v, self.values, found)
         arrays = {
             "effort": found.effort,
-            "own_inertia": np.einsum("tii->ti", found.mass_matrix),
+            "mass_matrix": found.mass_matrix,
             "mass": np.empty((len(q), n, 0)),
             "gravity": np.zeros((len(q), n, 3)),
             "payload": np.empty((len(q), n, 0, 10)),
-            "own_mass": np.empty((len(q), n, 0)),
+            "matrix_mass": np.empty((len(q), n, 0, n)),
             "own_payload": np.empty((len(q), n, 0, 10)),
             "position": by_position(*place),
+            "velocity": np.zeros((len(q), n, n)),
             "position_curvature": np.zeros((len(q), n, n)),
             "mass_gravity": np.empty((len(q), n, 0, 3)),
             "mass_position": np.empty((len(q), n, 0, n)),

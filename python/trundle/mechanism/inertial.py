@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from trundle.mechanism.rigid_groups import SECOND_MOMENTS
 
-__all__ = ["Frames", "body_columns", "gravity_columns", "inertia_columns"]
+__all__ = [
+    "Frames",
+    "body_columns",
+    "body_mass_matrix",
+    "gravity_columns",
+    "inertia_columns",
+    "projected_jacobian",
+]
 
 Floats = NDArray[np.float64]
 
@@ -103,13 +110,12 @@ def gravity_columns(frames: Frames, body: int, chain: Sequence[int], parameters:
     return -gradient
 
 
-def inertia_columns(
+def projected_jacobian(
     frames: Frames, body: int, chain: Sequence[int], project: Callable[[Floats], Floats]
-) -> Floats:
-    """Return the diagonal of the mass matrix by the inertial parameters of a body, (T, n, 10).
+) -> tuple[Floats, Floats]:
+    """Return the velocity of a body's origin and its angular velocity, by each joint's velocity, (T, n, 3).
 
-    The velocity of a particle by that of a joint is l + cross(w, c), whose square is its part of the inertia.
-    The columns are those of `body_columns`.
+    Both are in the body's axes.
 
     Parameters
     ----------
@@ -117,8 +123,38 @@ def inertia_columns(
         Sums velocities by each joint of the model, (T, N, 3), to those by each recorded joint, (T, n, 3).
     """
     rotation = frames.rotation[:, body]
-    jacobian = (np.einsum("tki,tjk->tji", rotation, project(part)) for part in _jacobian(frames, body, chain))
-    linear, angular = jacobian
+    linear, angular = _jacobian(frames, body, chain)
+    linear, angular = (np.einsum("tki,tjk->tji", rotation, project(part)) for part in (linear, angular))
+    return linear, angular
+
+
+def body_mass_matrix(linear: Floats, angular: Floats, parameters: Floats) -> Floats:
+    """Return the part of a body in the mass matrix, (T, n, n); velocities as by `projected_jacobian`.
+
+    Parameters
+    ----------
+    parameters : (10,) array
+        Inertial parameters of the body, in the order of `body_columns`.
+    """
+    moments = np.empty((3, 3))
+    for value, (k, m) in zip(parameters[4:], SECOND_MOMENTS, strict=True):
+        moments[k, m] = moments[m, k] = value
+    lever = np.cross(angular[:, :, None, :], np.eye(3))
+    first = np.cross(angular, parameters[1:4])
+    crossed = np.einsum("tik,tjk->tij", linear, first)
+    squared = np.einsum("tik,tjk->tij", linear, linear)
+    weighted = np.einsum("tiks,km->tims", lever, moments)
+    rotating = np.einsum("tims,tjms->tij", weighted, lever)
+    found: Floats = parameters[0] * squared + crossed + crossed.transpose(0, 2, 1) + rotating
+    return found
+
+
+def inertia_columns(linear: Floats, angular: Floats) -> Floats:
+    """Return the diagonal of the mass matrix by the inertial parameters of a body, (T, n, 10).
+
+    The velocity of a particle by that of a joint is l + cross(w, c), whose square is its part of the inertia.
+    The columns are those of `body_columns`; velocities as by `projected_jacobian`.
+    """
     lever = np.cross(angular[:, :, None, :], np.eye(3))
     columns = np.zeros((*linear.shape[:2], 10))
     columns[:, :, 0] = np.einsum("tji,tji->tj", linear, linear)

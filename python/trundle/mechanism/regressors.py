@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from trundle.display.fields import DisplayedFields
 from trundle.mechanism.evaluation import evaluate, inverse_by_velocity
-from trundle.mechanism.inertial import Frames, body_columns, gravity_columns, inertia_columns
+from trundle.mechanism.inertial import (
+    Frames,
+    body_columns,
+    body_mass_matrix,
+    gravity_columns,
+    inertia_columns,
+    projected_jacobian,
+)
 
 if TYPE_CHECKING:
     from trundle.mechanism.model import Mechanism
@@ -51,8 +58,10 @@ class Regressors(DisplayedFields):
         By the inertial parameters of a mass on each moving body, in the body's axes about its origin: m,
         m·c_x, m·c_y, m·c_z, and the second moments xx, yy, zz, xy, xz, yz, which are m·c_i·c_j for a point
         mass m at c.
-    own_mass, own_payload : dict of str to (T, n) and (T, n, 10) arrays
-        The same of the diagonal of the mass matrix.
+    matrix_mass : dict of str to (T, n, n) array
+        Derivative of the mass matrix by the mass of each moving body, per kg.
+    own_payload : dict of str to (T, n, 10) array
+        Derivative of the diagonal of the mass matrix by the inertial parameters of a mass on each body.
     position : (T, n, n) array or None
         By the positions: entry [t, i, k] is the derivative of effort i by position k. An encoder that reads
         true + offset gives its negative. Not of friction.
@@ -89,7 +98,7 @@ class Regressors(DisplayedFields):
     gravity: Floats
     mass_gravity: dict[str, Floats]
     payload: dict[str, Floats]
-    own_mass: dict[str, Floats]
+    matrix_mass: dict[str, Floats]
     own_payload: dict[str, Floats]
     position: Floats | None
     curvature: Floats | None
@@ -124,7 +133,7 @@ def _evaluate(mechanism: Mechanism, q: Floats, v: Floats, a: Floats, derivatives
     found = evaluate(model, mechanism.data, *motion[:3])
     friction = coordinates.project(model.dof_frictionloss * np.sign(motion[1]), slope)
     gravity = np.zeros((len(q), len(model.jnt_type), 3))
-    mass, mass_gravity, payload, own_mass, own_payload = ({} for _ in range(5))
+    mass, mass_gravity, payload, matrix_mass, own_payload = ({} for _ in range(5))
     # Compensation of gravity by an actuator is disabled with it, so that it is part of the effort.
     passive = ~model.jnt_actgravcomp.astype(bool)[:, None]
     for group in mechanism.groups:
@@ -132,8 +141,9 @@ def _evaluate(mechanism: Mechanism, q: Floats, v: Floats, a: Floats, derivatives
         total, by_mass = _body(mechanism, group, found.frames, motion[1], motion[2])
         mass[group.name] = coordinates.project(by_mass, slope)
         payload[group.name] = coordinates.project(total, slope)
-        own_payload[group.name] = inertia_columns(*place, lambda effort: coordinates.project(effort, slope))
-        own_mass[group.name] = own_payload[group.name] @ (group.parameters / group.mass)
+        jacobian = projected_jacobian(*place, lambda effort: coordinates.project(effort, slope))
+        own_payload[group.name] = inertia_columns(*jacobian)
+        matrix_mass[group.name] = body_mass_matrix(*jacobian, group.parameters / group.mass)
         scaling = gravity_columns(*place, group.parameters)
         scaling -= passive * gravity_columns(*place, group.compensated)
         mass_gravity[group.name] = coordinates.project(scaling / group.mass, slope)
@@ -148,7 +158,7 @@ def _evaluate(mechanism: Mechanism, q: Floats, v: Floats, a: Floats, derivatives
         gravity=coordinates.project(gravity, slope),
         mass_gravity=mass_gravity,
         payload=payload,
-        own_mass=own_mass,
+        matrix_mass=matrix_mass,
         own_payload=own_payload,
         position=slope_and_curvature[0],
         curvature=slope_and_curvature[1],

@@ -1,9 +1,9 @@
 //! A planned motion as an episode.
 
-use crate::dynamics::{AxisLoad, EpisodeDynamics};
+use crate::dynamics::{AxisLoad, EpisodeDynamics, check_episode};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
-use crate::problem::{EpisodeData, Problem, check_episode, keep_where};
+use crate::problem::{EpisodeData, Problem, keep_where};
 use crate::series::Series;
 
 /// A motion that all joints are made to follow, on uniform times. The outer index is the joint.

@@ -1,8 +1,8 @@
 //! The commands that a model predicts for a planned motion.
 
-use crate::common;
 use crate::equation::JointModel;
 use crate::fit::Fit;
+use crate::links::needed_at;
 use crate::problem::Problem;
 
 /// Most Newton steps.
@@ -27,7 +27,7 @@ fn acting_commands(problem: &Problem, fit: &Fit, j: usize, model: &JointModel<f6
     let mut episode = problem.episodes[0].clone();
     let values = (&fit.effects[..], &fit.slots[..], &fit.values[..]);
     let wants_inertia = !model.is_linear_in_needed();
-    let needed = episode.dynamics.as_ref().map(|d| common::needed(problem, d, j, values, wants_inertia));
+    let needed = needed_at(problem, &episode, j, values, wants_inertia);
     let gain = model.gain_of(&episode.joints[j]);
     if problem.joints[j].drive == crate::drive::Drive::Target {
         episode.joints[j].command = episode.joints[j].q.clone();

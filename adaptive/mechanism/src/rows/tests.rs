@@ -35,13 +35,14 @@ pub(crate) fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
     let some = |size: f64| -> Vec<f64> { a.iter().map(|a| size * (1.0 + 0.1 * a)).collect() };
     let episode = EpisodeDynamics {
         effort: vec![a.iter().map(|a| MASS * a).collect()],
-        own_inertia: vec![vec![MASS; a.len()]],
+        mass_matrix: vec![vec![vec![MASS; a.len()]]],
         by_mass: vec![vec![a.clone()]],
-        inertia_by_mass: vec![vec![vec![1.0; a.len()]]],
+        matrix_by_mass: vec![vec![vec![vec![1.0; a.len()]]]],
         by_gravity: vec![[some(-MASS), zeros(), some(0.3 * MASS)]],
         by_payload: vec![vec![std::array::from_fn(|_| zeros())]],
         inertia_by_payload: vec![vec![std::array::from_fn(|_| zeros())]],
         by_offset: vec![vec![[some(2.0), some(-1.0)]]],
+        by_velocity: vec![vec![zeros()]],
         by_mass_and_gravity: vec![vec![[some(-1.0), zeros(), some(0.3)]]],
         by_mass_and_offset: vec![vec![vec![some(2.0 / MASS)]]],
         by_parameter: vec![],
