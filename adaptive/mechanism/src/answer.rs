@@ -36,6 +36,28 @@ pub struct JointAnswer {
     pub fit: JointFit,
 }
 
+/// Probability from which a name is more probably right than wrong.
+const MIN_NAME_PROBABILITY: f64 = 0.5;
+
+impl JointAnswer {
+    /// Whether an effect, or one of those that the data cannot distinguish from it, is more probably missing than not.
+    pub(crate) fn has_probable_name(&self) -> bool {
+        let alike = |effect: &JointEffect| {
+            let class = self.tied.iter().find(|class| class.contains(&effect.label()));
+            class.map_or(1, Vec::len) as f64
+        };
+        self.missing.iter().any(|effect| alike(effect) * effect.probability >= MIN_NAME_PROBABILITY)
+    }
+}
+
+impl JointEffect {
+    /// `effect:joint`, as in ties.
+    fn label(&self) -> String {
+        let place = self.place.as_ref().and_then(|place| place.values().next());
+        place.map_or_else(|| self.effect.clone(), |place| format!("{}:{place}", self.effect))
+    }
+}
+
 /// A missing effect.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointEffect {

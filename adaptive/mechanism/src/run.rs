@@ -61,19 +61,34 @@ pub fn diagnose_joints(
     let searcher = Searcher::new(&problem, without, watch);
     watch.progress("lack of fit", 0.0);
     let given = given_values_suffice(&problem, &found.base, &searcher);
+    let lack = [&before[..], &after[..]];
     let verdict = verdict(&found, &before, &after, &problem, given);
+    let mut answer = concluded(&problem, &searcher, &mut found, verdict, lack)?;
+    if verdict == Verdict::Explained && !answer.has_probable_name() {
+        answer = concluded(&problem, &searcher, &mut found, Verdict::Unexplained, lack)?;
+    }
+    let (base, best) = (found.base.fit, found.best.fit);
+    Ok(JointOutcome::new(&problem, answer, base, best))
+}
+
+/// The answer for a verdict.
+fn concluded(
+    problem: &Problem,
+    searcher: &Searcher<'_>,
+    found: &mut Found,
+    verdict: Verdict,
+    lack: [&[LackOfFit]; 2],
+) -> Result<JointAnswer, MechanismError> {
     if verdict == Verdict::Unexplained {
         found.best = found.base.clone();
         found.support.clear();
     }
-    let limits = limits(&problem, &searcher, &mut found, [&before, &after]);
+    let limits = limits(problem, searcher, found, lack);
     if verdict != Verdict::Unexplained {
         searcher.try_further(&found.best, &mut found.tried)?;
     }
-    watch.progress("figures", 0.0);
-    let answer = answer(&problem, &searcher, &mut found, verdict, [&before, &after], &limits);
-    let (base, best) = (found.base.fit, found.best.fit);
-    Ok(JointOutcome::new(&problem, answer, base, best))
+    searcher.watch.progress("figures", 0.0);
+    Ok(answer(problem, searcher, found, verdict, lack, &limits))
 }
 
 /// A search with the lack of fit of each joint, without and with the effects that it found.

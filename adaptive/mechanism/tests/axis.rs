@@ -210,12 +210,13 @@ fn a_shift_within_half_a_sample_is_no_delay() {
 
 #[test]
 fn an_effect_that_leaves_much_of_the_misfit_is_less_probable() {
-    let answer = diagnosed(|t, _, _| 0.03 * (1.7 * t).sin(), 0.08, exact);
+    let answer = diagnosed(|t, _, _| 0.02 * (1.7 * t).sin(), 0.08, exact);
     assert_eq!(names(&answer), ["joint_dry_friction"]);
     let (probability, explained) = (answer.missing[0].probability, answer.residual.explained["arm"]);
     assert!(explained < 0.45 && probability <= 2.0 * explained + 1e-9, "{probability} {explained}");
-    let hardly = diagnosed(|t, _, _| 0.02 * (1.7 * t).sin(), 0.02, exact);
-    assert_eq!((hardly.verdict, names(&hardly)), (Verdict::Unexplained, vec![]));
+    // More probably wrong than right.
+    let doubtful = diagnosed(|t, _, _| 0.03 * (1.7 * t).sin(), 0.08, exact);
+    assert_eq!((doubtful.verdict, names(&doubtful)), (Verdict::Unexplained, vec![]));
     let well = diagnosed(nothing, 0.08, exact);
     assert!(well.residual.explained["arm"] > 0.8, "{:?}", well.residual.explained);
 }
