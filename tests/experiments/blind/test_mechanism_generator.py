@@ -12,7 +12,12 @@ pytest.importorskip("mujoco")
 
 from trundle.experiments.blind.mechanism.families import CATALOGUE, drooping_drive
 from trundle.experiments.blind.mechanism.family import HiddenEffect
-from trundle.experiments.blind.mechanism.generator import allowed_sources, get_family, statistics
+from trundle.experiments.blind.mechanism.generator import (
+    allowed_sources,
+    draw_effects,
+    get_family,
+    statistics,
+)
 from trundle.experiments.blind.mechanism.measurement import record
 from trundle.experiments.blind.mechanism.oracle import effort_misfits
 from trundle.experiments.blind.mechanism.outside import OUT_OF_CATALOGUE
@@ -118,3 +123,16 @@ def test_a_drooping_drive_never_exerts_less_for_a_larger_command() -> None:
     efforts = np.array([act(np.array([u]))[0] for u in commands])
     assert np.all(np.diff(efforts) > 0.0)
     assert efforts[40] == pytest.approx(2.0 * (1.0 - 0.4))
+
+
+def test_a_spring_and_a_bias_are_hidden_at_different_joints() -> None:
+    families = [get_family(name) for name in ("joint_spring", "effort_bias")]
+    scene = scene_of("planar_arm")
+    bare = simulate("lugre", scene, [])
+    assert bare is not None
+    seen = statistics(bare)
+    found = [draw_effects(np.random.default_rng(seed), scene, families, seen) for seed in range(8)]
+    assert any(hidden is None for hidden in found)
+    drawn = [[one.values["joint"] for one in hidden] for hidden in found if hidden is not None]
+    assert drawn
+    assert all(first != second for first, second in drawn)

@@ -24,6 +24,8 @@ from trundle.recording import TrundleError
 __all__ = ["allowed_sources", "draw", "get_family"]
 
 SCENE_STREAM, EFFECT_STREAM = 21, 22
+SPRING_AND_BIAS = ("joint_spring", "effort_bias")
+"""Both together at one joint equal a spring with another position at rest."""
 
 
 def get_family(name: str) -> Family:
@@ -137,9 +139,13 @@ def draw_effects(
     rng: np.random.Generator, scene: Scene, families: Sequence[Family], seen: Statistics
 ) -> list[HiddenEffect] | None:
     """Draw joints and values; None if a family has no place."""
-    found, split = [], set()
+    found, split, biased = [], set(), set()
     for family in families:
         joint = int(rng.integers(scene.n))
+        if family.name in SPRING_AND_BIAS:
+            if joint in biased:
+                return None
+            biased.add(joint)
         if family.transmission is not None or family.level is not None:
             if joint in split:
                 return None
