@@ -20,8 +20,8 @@ pub(crate) struct LinkMotion {
     pub acceleration: f64,
 }
 
-/// What a model needs at joint `j` in an episode, for given values; `None` without a model. Links of the other joints that are
-/// not at their measured positions are included in the first order.
+/// What a model needs at joint `j` in an episode, for given values; `None` without a model. The motion of
+/// links that are not at their measured positions is included.
 pub(crate) fn needed_at(
     problem: &Problem,
     episode: &EpisodeData,
