@@ -20,6 +20,8 @@ from trundle.mechanism import (
     EffortDrive,
     JointEffect,
     Mechanism,
+    MechanismModel,
+    MechanismTable,
     PositionDrive,
     simulate,
 )
@@ -288,6 +290,19 @@ def test_elasticity_bends_under_the_transmitted_load(tmp_path: Path) -> None:
     data.ctrl[0] = 5.0
     mujoco.mj_step(compiled, data, nstep=10_000)
     assert data.joint("shoulder_compliance").qpos[0] == pytest.approx(-5.0 / 50.0, rel=1e-3)
+
+
+def test_a_slide_with_an_elastic_drive_moves_its_carriage(tmp_path: Path) -> None:
+    text = """<mujoco><worldbody><body><joint name="rail" type="slide" axis="1 0 0" armature="1"/>
+<geom size="0.1" mass="2" contype="0"/></body></worldbody></mujoco>"""
+    described = MechanismModel(
+        MechanismTable(["rail"], "robot.xml"), {}, [effect("joint_elasticity", "rail", stiffness=50.0)]
+    )
+    compiled = mujoco.MjModel.from_xml_path(str(patched(tmp_path, described, text) / "robot.xml"))
+    data, matrix = mujoco.MjData(compiled), np.zeros((2, 2))
+    mujoco.mj_forward(compiled, data)
+    mujoco.mj_fullM(compiled, data, matrix)
+    np.testing.assert_allclose(matrix, [[3.0, 2.0], [2.0, 2.0]], atol=1e-9)
 
 
 def test_backlash_opens_to_its_width(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ FRICTION = {"effort": 0.3, "static_effort": 0.6, "velocity": 0.8}
 
 
 def recording() -> trundle.JointRecording:
-    """Return a recording whose motion is hardly faster than the transition between static and kinetic friction."""
+    """Return a recording whose motion is hardly faster than the fall of the friction."""
     rng = np.random.default_rng(0)
     t = np.arange(0.0, 10.0, 0.005)
     episodes = {}

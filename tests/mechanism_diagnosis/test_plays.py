@@ -46,6 +46,7 @@ def test_play_is_named_where_the_drive_has_dry_friction(gap: float) -> None:
         "format": "trundle-recording/2",
         "name": "gear",
         "mechanism": {"model": "robot.xml", "joints": ["arm"]},
+        "split": {"held_out": ["e3"]},
     }
     files = {"robot.xml": PENDULUM.format(friction="", play="").encode()}
     episodes = {f"e{k}": episode(k, gap) for k in range(4)}
@@ -54,3 +55,9 @@ def test_play_is_named_where_the_drive_has_dry_friction(gap: float) -> None:
     sizes = {one["effect"]: one["parameters"] for one in found.answer["missing"]}
     assert sizes["joint_backlash"]["gap"]["mean"] == pytest.approx(gap, rel=0.05)
     assert sizes["joint_dry_friction"]["effort"]["mean"] == pytest.approx(FRICTION, rel=0.05)
+    held_out = found.answer["fit"]["held_out"]
+    assert held_out is not None
+    before, after = (held_out[side]["relative_position_rmse"] for side in ("before", "after"))
+    assert before is not None
+    assert after is not None
+    assert after < 0.5 * before

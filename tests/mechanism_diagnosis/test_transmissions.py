@@ -54,3 +54,9 @@ def test_elasticity_behind_the_encoder_moves_the_other_joints() -> None:
     assert found.missing == ["joint_elasticity:elbow"]
     stiffness = found.answer["missing"][0]["parameters"]["stiffness"]["mean"]
     assert stiffness == pytest.approx(STIFFNESS, rel=0.05)
+    held_out = found.answer["fit"]["held_out"]
+    assert held_out is not None
+    before, after = (held_out[side]["relative_position_rmse"] for side in ("before", "after"))
+    assert before is not None
+    assert after is not None
+    assert after < 0.8 * before

@@ -11,6 +11,7 @@ import numpy as np
 from trundle._native import JointRecording, TrundleError
 from trundle.display.fields import DisplayedFields
 from trundle.joint_diagnosis.signals import read_signals
+from trundle.joint_diagnosis.under_test import COMPLIANT
 from trundle.mechanism.loading import Payload
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ __all__ = ["AS_RECORDED", "AxisLoad", "Rig", "changed_rigs", "covariate_rigs", "
 PAYLOAD_SHARE = 0.5
 """Mass of a default payload, as a share of the mass of the body that carries it."""
 QUARTER_TURN = float(np.pi / 2)
-COMPLIANT = ("joint_backlash", "joint_elasticity")
-"""Effects that an encoder on the other side of the gear shows."""
 MIN_COVARIATE_SPREAD = 0.05
 """Range of a covariate, as a share of its largest size, from which its ends are other conditions."""
 

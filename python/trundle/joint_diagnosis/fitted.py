@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from trundle.mechanism import Mechanism
     from trundle.mechanism.drives import Drive
     from trundle.mechanism.simulation import JointLaws
+    from trundle.mechanism.transmissions import Transmission
 
 __all__ = ["FittedModel", "fitted_mechanism"]
 
@@ -26,10 +27,24 @@ STEP_S = 0.002
 
 
 class FittedModel:
-    """An MJCF or URDF model with fitted values: see `trundle.joint_diagnosis.under_test.FittedMechanism`."""
+    """An MJCF or URDF model with fitted values: see `trundle.joint_diagnosis.under_test.FittedMechanism`.
 
-    def __init__(self, mechanism: Mechanism, model: Mapping[str, Any]) -> None:
+    Parameters
+    ----------
+    mechanism : Mechanism
+    model : mapping
+        Nominal values and effects, as in the outcome of a diagnosis.
+    on_drive : collection of str
+        Joints whose encoder is at the drive.
+    """
+
+    def __init__(self, mechanism: Mechanism, model: Mapping[str, Any], on_drive: Collection[str]) -> None:
+        from trundle.mechanism.transmissions import can_be_split, split_model
+
         self.mechanism = fitted_mechanism(mechanism, model)
+        self.transmissions = list(transmissions_of(model, on_drive))
+        self.can_simulate = can_be_split(self.mechanism, self.transmissions)
+        self.split = split_model(self.mechanism, self.transmissions) if self.can_simulate else None
 
     def needed(self, t: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
         """Return the effort for a motion, and the diagonal of the mass matrix, (T, n) each."""
@@ -42,7 +57,20 @@ class FittedModel:
         """Return positions, (T, n), in open loop from a state; NaN after a divergence."""
         from trundle.mechanism import simulate
 
-        return simulate(self.mechanism, t, q, v, drive, laws, known=known, step=STEP_S)[0]
+        return simulate(self.mechanism, t, q, v, drive, laws, known=known, split=self.split, step=STEP_S)[0]
+
+
+def transmissions_of(model: Mapping[str, Any], on_drive: Collection[str]) -> Iterator[Transmission]:
+    """Yield the plays and elastic transmissions among the effects of a model."""
+    from trundle.mechanism.transmissions import Transmission
+
+    for one in model["effects"]:
+        joint, values = one.get("joint"), one["values"]
+        if one["kind"] == "joint_backlash":
+            yield Transmission(joint, joint in on_drive, gap=values["gap"])
+        elif one["kind"] == "joint_elasticity":
+            damping = values.get("damping", 0.0)
+            yield Transmission(joint, joint in on_drive, stiffness=values["stiffness"], damping=damping)
 
 
 def fitted_mechanism(mechanism: Mechanism, model: Mapping[str, Any]) -> Mechanism:

@@ -26,8 +26,6 @@ MAX_WINDOW_SHARE = 0.1
 """Longest window as a share of the episode."""
 MIN_RANGE_SDS = 10.0
 """Range of a joint's positions, noise standard deviations, below which its relative errors make no sense."""
-COMPLIANT = ("joint_backlash", "joint_elasticity")
-"""Effects with a drive that moves on its own, which the simulation at the joints does not have."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,7 @@ def mechanism_paths(
         windows: dict[str, Floats | None] = {}
         for side, model in zip(("before", "after"), outcome.models, strict=True):
             run = _Run(mechanisms, name, motion, model, signals, largest)
-            if not run.can_simulate:
+            if not run.mechanism.can_simulate:
                 whole[side] = windows[side] = None
                 continue
             laws = FittedLaws(outcome, side, own["t"], signals) if model["effects"] else None  # type: ignore[arg-type]
@@ -114,7 +112,6 @@ class _Run:
         self.own = motion["episodes"][name]
         self.t = self.own["t"]
         self.raw = np.stack([one.raw for one in signals], axis=1)
-        self.can_simulate = not any(one["kind"] in COMPLIANT for one in model["effects"])
         self.mechanism = mechanisms.fitted(name, model)
         self.drive = FittedDrive(self.t, signals, joints, model, largest)
         known = np.stack([one.known for one in signals], axis=1)

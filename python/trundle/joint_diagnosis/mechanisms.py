@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,6 +16,7 @@ from trundle._native import JointRecording, TrundleError, _JointOutcome
 from trundle._optional import require
 from trundle._types import JointMotion
 from trundle.joint_diagnosis.fitted import FittedModel
+from trundle.joint_diagnosis.signals import setting
 from trundle.joint_diagnosis.under_test import Report
 
 if TYPE_CHECKING:
@@ -48,10 +49,14 @@ class EpisodeMechanisms:
     by_episode : dict of str to Mechanism
     warnings : list of str
         Doubts about the model.
+    on_drive : frozenset of str
+        Joints whose encoder is at the drive.
     """
 
-    def __init__(self, by_episode: Mapping[str, Mechanism], warnings: list[str]) -> None:
-        self.by_episode = dict(by_episode)
+    def __init__(
+        self, by_episode: Mapping[str, Mechanism], warnings: list[str], on_drive: Iterable[str] = ()
+    ) -> None:
+        self.by_episode, self.on_drive = dict(by_episode), frozenset(on_drive)
         self.warnings = warnings
 
     @property
@@ -81,7 +86,7 @@ class EpisodeMechanisms:
 
     def fitted(self, episode: str, model: Mapping[str, Any]) -> FittedModel:
         """Return the mechanism of an episode with the values of a fitted model."""
-        return FittedModel(self.by_episode[episode], model)
+        return FittedModel(self.by_episode[episode], model, self.on_drive)
 
     def joint_before(self, body: str) -> str:
         """Return the last recorded joint before a body."""
@@ -113,6 +118,10 @@ def load_mechanisms(
     require("mujoco", "mujoco", "mechanisms with a model")
     from trundle.mechanism import touching_bodies
 
+    def side(joint: str) -> Any:
+        return setting(recording.metadata, "", "encoder", "side", joint, "joint")
+
+    on_drive = [joint for joint in recording.joints if side(joint) == "drive"]
     with model_folder(recording) as folder:
         found = _load(recording, folder, mjcf, contacts=True)
         for name, mechanism in found.items():
@@ -126,8 +135,9 @@ def load_mechanisms(
                 pair for pair, share in touching_bodies(mechanism, q).items() if share > MIN_TOUCHING_SHARE
             ]
             if pairs and _contacts_dominate(regressors):
-                return EpisodeMechanisms(_load(recording, folder, mjcf, contacts=False), [_warning(pairs)])
-    return EpisodeMechanisms(found, [])
+                found = _load(recording, folder, mjcf, contacts=False)
+                return EpisodeMechanisms(found, [_warning(pairs)], on_drive)
+    return EpisodeMechanisms(found, [], on_drive)
 
 
 def model_joint_kinds(recording: JointRecording) -> list[str]:

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from trundle._native import JointRecording, _JointOutcome
 from trundle._types import JointMotion
 from trundle.joint_diagnosis.drives import FittedDrive
-from trundle.joint_diagnosis.held_out import COMPLIANT
 from trundle.joint_diagnosis.signals import JointSignals, read_signals
-from trundle.joint_diagnosis.under_test import MechanismUnderTest
+from trundle.joint_diagnosis.under_test import COMPLIANT, MechanismUnderTest
 
 __all__ = ["JointEfforts", "joint_efforts"]
 

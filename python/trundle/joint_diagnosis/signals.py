@@ -63,7 +63,7 @@ class JointSignals:
 def setting(
     metadata: Mapping[str, Any], episode: str, section: str, key: str, joint: str, default: Any
 ) -> Any:
-    """Return a value of `[effort]`, `[target]`, `[delay]` or `[noise]`, which an episode may replace."""
+    """Return a value of a section such as `[effort]`; an episode may replace efforts and targets."""
     own = metadata.get("episode", {}).get(episode, {})
     value = metadata.get(section, {}).get(key, default)
     if section in ("effort", "target"):

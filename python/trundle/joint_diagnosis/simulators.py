@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from trundle._native import JointRecording, TrundleError, _JointOutcome
 from trundle._types import JointMotion
 from trundle.joint_diagnosis.mechanisms import model_joint_kinds
-from trundle.joint_diagnosis.under_test import Report
+from trundle.joint_diagnosis.under_test import COMPLIANT, Report
 from trundle.joint_simulator import (
     EffortScale,
     InverseDynamics,
@@ -194,6 +194,7 @@ class FittedSimulator:
         self.simulator, self.scale = under_test.simulator, under_test.scale
         self.episode, self.values = episode, under_test.values_of(model)
         self.armature = np.zeros(self.simulator.n)
+        self.can_simulate = not any(one["kind"] in COMPLIANT for one in model["effects"])
         for one in model["effects"]:
             if one["kind"] == "rotor_inertia":
                 joint = self.simulator.joints.index(one["joint"])

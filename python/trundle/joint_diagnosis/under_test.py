@@ -15,14 +15,24 @@ if TYPE_CHECKING:
     from trundle.mechanism.drives import Drive
     from trundle.mechanism.simulation import JointLaws
 
-__all__ = ["FittedMechanism", "MechanismUnderTest", "Report", "joint_kinds"]
+__all__ = ["COMPLIANT", "FittedMechanism", "MechanismUnderTest", "Report", "joint_kinds"]
 
 Floats = NDArray[np.float64]
 Report = Callable[[str, float], object]
+COMPLIANT = ("joint_backlash", "joint_elasticity")
+"""Effects with a drive that moves relative to its joint."""
 
 
 class FittedMechanism(Protocol):
-    """The mechanism of an episode with fitted values, and the effects that are no laws of joints."""
+    """The mechanism of an episode with fitted values, and the effects that are no laws of joints.
+
+    Attributes
+    ----------
+    can_simulate : bool
+        Whether plays and elastic transmissions can be simulated, if there are some.
+    """
+
+    can_simulate: bool
 
     def needed(self, t: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
         """Return the effort for a motion, and the diagonal of the mass matrix, (T, n) each."""

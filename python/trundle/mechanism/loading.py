@@ -48,11 +48,12 @@ class Payload(DisplayedFields):
 
 def load_model(
     source: str | os.PathLike[str], joints: Sequence[str], payload: Payload | None, contacts: bool
-) -> tuple[Any, Coordinates, list[str]]:
+) -> tuple[Any, Any, Coordinates, list[str]]:
     """Load a model; `Mechanism.load` describes the arguments and errors.
 
     Returns
     -------
+    spec : mujoco.MjSpec
     compiled : mujoco.MjModel
     coordinates : Coordinates
     missing_files : list of str
@@ -74,7 +75,7 @@ def load_model(
         _restore(compiled, payload)
     switch_off(compiled, contacts=contacts)
     names = tuple(compiled.joint(k).name for k in range(compiled.njnt))
-    return compiled, Coordinates(names, compiled.qpos0.copy(), tuple(joints), couplings), missing_files
+    return spec, compiled, Coordinates(names, compiled.qpos0.copy(), tuple(joints), couplings), missing_files
 
 
 def _attach(spec: Any, name: str, payload: Payload, moving: Mapping[str, str]) -> None:

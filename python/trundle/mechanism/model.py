@@ -58,12 +58,13 @@ class Mechanism(Displayed):
 
     def __init__(
         self,
+        spec: Any,
         compiled: Any,
         coordinates: Coordinates,
         joints: Sequence[str],
         missing_files: Sequence[str] = (),
     ) -> None:
-        self.compiled = compiled
+        self.spec, self.compiled = spec, compiled
         self.coordinates = coordinates
         self.joints = tuple(joints)
         self.missing_files = tuple(missing_files)
@@ -112,8 +113,8 @@ class Mechanism(Displayed):
         Traceback (most recent call last):
         trundle.TrundleError: model text: unknown joint 'elbow'; the joints of the model are none
         """
-        compiled, coordinates, missing_files = load_model(source, joints, payload, contacts)
-        return cls(compiled, coordinates, joints, missing_files)
+        spec, compiled, coordinates, missing_files = load_model(source, joints, payload, contacts)
+        return cls(spec, compiled, coordinates, joints, missing_files)
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -193,7 +194,7 @@ class Mechanism(Displayed):
             for name, value in (changes or {}).items():
                 values[self.coordinates.index[self.column(name)]] = value
         scale_masses(model, self.groups, mass or {})
-        return Mechanism(model, self.coordinates, self.joints, self.missing_files)
+        return Mechanism(self.spec, model, self.coordinates, self.joints, self.missing_files)
 
     def inverse_dynamics(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Floats:
         """Return the effort at the recorded joints that the model needs for a motion.

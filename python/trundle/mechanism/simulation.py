@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from trundle._native import TrundleError
 from trundle.mechanism.drives import Drive
 from trundle.mechanism.source import import_mujoco
+from trundle.mechanism.transmissions import SplitModel, Transmission, split_model
 
 if TYPE_CHECKING:
     from trundle.mechanism.model import Mechanism
@@ -56,6 +58,7 @@ def simulate(
     laws: JointLaws | None = None,
     *,
     known: Drive | None = None,
+    split: SplitModel | None = None,
     step: float | None = None,
 ) -> tuple[Floats, Floats]:
     """Simulate a mechanism in open loop.
@@ -77,6 +80,10 @@ def simulate(
         frictions and dampings that are added to the model's.
     known : callable, optional
         Further known efforts on the joints' side, as a drive.
+    split : SplitModel, optional
+        The mechanism's model with plays and springs between drives and joints, which begin in equilibrium
+        with the links' weight. Positions and velocities are then those at the encoders. Drives act on their
+        own side; laws depend on the links' positions and the drives' velocities.
     step : float, optional
         Largest step, s; by default the model's, at most 2 ms. Steps are shortened to end at the output times.
 
@@ -114,7 +121,8 @@ def simulate(
     if q.shape != (n,) or v.shape != (n,):
         raise TrundleError(f"q0, v0: shapes {q.shape} and {v.shape}; give {n} values, one for each joint")
     longest = min(mechanism.compiled.opt.timestep, MAX_STEP_S) if step is None else step
-    return _Simulation(mechanism, times[0], q, v, drive, laws, known, longest).run(times, longest)
+    split = split or split_model(mechanism, ())
+    return _Simulation(mechanism, split, times[0], q, v, drive, laws, known, longest).run(times, longest)
 
 
 class _Simulation:
@@ -123,6 +131,7 @@ class _Simulation:
     def __init__(
         self,
         mechanism: Mechanism,
+        split: SplitModel,
         start: float,
         q: Floats,
         v: Floats,
@@ -132,16 +141,21 @@ class _Simulation:
         longest: float,
     ) -> None:
         self.mujoco = import_mujoco()
-        self.model = forward_model(mechanism.compiled, longest)
+        self.model = forward_model(split.compiled, longest)
+        self.model.jnt_solref[split.links] = [2 * longest, 1.0]
         self.data = self.mujoco.MjData(self.model)
-        self.index = mechanism.coordinates.index
+        self.index = split.index[mechanism.coordinates.index]
+        self.links, self.columns = split.links, split.columns
+        at_link = np.array([not one.on_drive for one in split.transmissions], dtype=bool)
+        self.seen_links, self.seen_columns = self.links[at_link], self.columns[at_link]
         self.drive, self.laws, self.known = drive, laws, known
         self.damping = self.model.dof_damping[self.index].copy()
         self.friction = self.model.dof_frictionloss[self.index].copy()
         self.load = np.zeros(len(q))
         position, velocity, _, _ = mechanism.coordinates.expand(q[None], v[None], 0 * v[None])
         self.data.time = start
-        self.data.qpos[:], self.data.qvel[:] = position[0], velocity[0]
+        self.data.qpos[split.index], self.data.qvel[split.index] = position[0], velocity[0]
+        self.deflect(split.transmissions)
         if laws is not None:
             # A law of the load needs that of the first step.
             self.apply()
@@ -157,7 +171,25 @@ class _Simulation:
             speeds = self.data.qvel
             if not (np.isfinite(self.data.qpos).all() and np.abs(speeds).max() < MAX_SPEED):
                 break
-            q[k], v[k] = self.data.qpos[self.index], speeds[self.index]
+            q[k], v[k] = self.measured()
+        return q, v
+
+    def deflect(self, transmissions: Sequence[Transmission]) -> None:
+        """Begin with transmissions in equilibrium, and the encoders at their positions."""
+        if not transmissions:
+            return
+        self.mujoco.mj_forward(self.model, self.data)
+        for one, column, link in zip(transmissions, self.columns, self.links, strict=True):
+            found = one.deflection(float(self.data.qfrc_bias[link]))
+            self.data.qpos[link] = found
+            if not one.on_drive:
+                self.data.qpos[self.index[column]] -= found
+
+    def measured(self) -> tuple[Floats, Floats]:
+        """Return positions and velocities at the encoders."""
+        q, v = self.data.qpos[self.index], self.data.qvel[self.index]
+        q[self.seen_columns] += self.data.qpos[self.seen_links]
+        v[self.seen_columns] += self.data.qvel[self.seen_links]
         return q, v
 
     def advance(self, duration: float, longest: float) -> None:
@@ -172,7 +204,7 @@ class _Simulation:
 
     def apply(self) -> None:
         """Apply drive and laws at the present state."""
-        t, q, v = self.data.time, self.data.qpos[self.index], self.data.qvel[self.index]
+        t, (q, v) = self.data.time, self.measured()
         effort, damping = self.drive(t, q, v)
         self.driven = effort - damping * v
         self.acting = np.zeros(len(q))
@@ -181,9 +213,16 @@ class _Simulation:
             self.acting = exerted - resisted * v
         total, dry, viscous = effort + self.acting, self.friction, self.damping + damping
         if self.laws is not None:
-            added, friction, more = self.laws(t, q, v, self.load)
+            joints = self.data.qpos[self.index]
+            joints[self.columns] += self.data.qpos[self.links]
+            added, friction, more = self.laws(t, joints, self.data.qvel[self.index], self.load)
             total, dry, viscous = total + added, np.maximum(dry + friction, 0.0), viscous + more
+            at_links = self.acting + added
+        else:
+            at_links = self.acting
         self.data.qfrc_applied[self.index] = total
+        # What acts on a link moves both the drive and the transmission.
+        self.data.qfrc_applied[self.links] = at_links[self.columns]
         self.model.dof_frictionloss[self.index] = dry
         self.model.dof_damping[self.index] = viscous
 

@@ -12,6 +12,7 @@ from trundle.export.mjcf_patch.specification import Patch
 from trundle.mechanism import JointEffect
 from trundle.mechanism.simulation import FRICTION_SOLIMP
 from trundle.mechanism.source import import_mujoco
+from trundle.mechanism.transmissions import PLAY_SOLIMP, couple_slides
 
 __all__ = ["JOINT_EFFECTS", "finish_stops"]
 
@@ -19,7 +20,6 @@ STOP_IMPEDANCE = 1e-3
 """Constant impedance of stops, so small that the soft constraint adds no mass to the elastic contact."""
 FAR = 1e6
 """Other end of the range of a one-sided stop, rad or m."""
-PLAY_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 
 
 def add_damping(patch: Patch, effect: JointEffect) -> None:
@@ -104,6 +104,7 @@ def insert_joint(patch: Patch, effect: JointEffect, suffix: str) -> Any:
             f'give "armature:{joint.name}" in [nominal]'
         )
     move_to_output(patch, joint)
+    couple_slides(joint)
     extra = joint.parent.add_joint(name=f"{joint.name}_{suffix}", type=joint.type)
     extra.axis, extra.pos = joint.axis, joint.pos
     extra.stiffness, extra.damping = [0.0] * 3, [0.0] * 3

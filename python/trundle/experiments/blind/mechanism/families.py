@@ -10,6 +10,7 @@ import numpy as np
 from trundle.experiments.blind.mechanism.family import Draw, Family, State, Statistics, Values
 from trundle.experiments.blind.mechanism.scene import TIME_STEP, Scene
 from trundle.experiments.sampling import Floats, log_uniform
+from trundle.mechanism.transmissions import couple_slides
 
 __all__ = ["CATALOGUE", "split_joint"]
 
@@ -104,6 +105,7 @@ def split_joint(spec: Any, joint: str) -> Any:
     """Add a joint JOINT_play to the link of a joint, which then is the drive's; return it."""
     own = spec.joint(joint)
     body = own.parent
+    couple_slides(own)
     return body.add_joint(name=f"{joint}_play", type=own.type, axis=own.axis, pos=own.pos)
 
 

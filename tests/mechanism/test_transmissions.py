@@ -1,0 +1,53 @@
+"""Forward simulation of plays and elastic transmissions between a drive and a carriage of 1 kg each."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+pytest.importorskip("mujoco")
+
+from trundle.mechanism import EffortDrive, Mechanism, simulate
+from trundle.mechanism.transmissions import Transmission, can_be_split, split_model
+
+Floats = NDArray[np.float64]
+
+AXIS = """<mujoco><worldbody><body name="carriage"><joint name="rail" type="slide" axis="1 0 0" {joint}/>
+<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
+STIFFNESS, GAP = 100.0, 0.1
+
+
+def pushed(transmission: Transmission, t: Floats) -> Floats:
+    """Return the positions at the encoder under 1 N, from rest."""
+    mechanism = Mechanism.load(AXIS.format(joint='armature="1"'), ["rail"])
+    split = split_model(mechanism, [transmission])
+    q, _ = simulate(mechanism, t, [0.0], [0.0], EffortDrive([0.0], [[1.0]]), split=split, step=1e-4)
+    return q[:, 0]
+
+
+@pytest.mark.parametrize("on_drive", [True, False])
+def test_drive_and_carriage_vibrate_against_each_other(on_drive: bool) -> None:
+    t = np.linspace(0.0, 1.0, 51)
+    frequency = np.sqrt(2 * STIFFNESS)
+    deflection = (1.0 - np.cos(frequency * t)) / frequency**2
+    expected = t**2 / 4 + (0.5 if on_drive else -0.5) * deflection
+    found = pushed(Transmission("rail", on_drive, stiffness=STIFFNESS), t)
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("on_drive", [True, False])
+def test_the_drive_crosses_the_play_alone(on_drive: bool) -> None:
+    impact = np.sqrt(GAP)
+    t = np.linspace(0.0, 0.8, 41)
+    after = np.maximum(t - impact, 0.0)
+    drive = np.where(t < impact, t**2 / 2, GAP / 2 + impact / 2 * after + after**2 / 4)
+    expected = drive if on_drive else np.maximum(drive - GAP / 2, 0.0)
+    np.testing.assert_allclose(pushed(Transmission("rail", on_drive, gap=GAP), t), expected, atol=1e-3)
+
+
+@pytest.mark.parametrize(("joint", "possible"), [("", False), ('armature="1"', True)])
+def test_a_drive_without_inertia_has_no_motion_of_its_own(joint: str, possible: bool) -> None:
+    mechanism = Mechanism.load(AXIS.format(joint=joint), ["rail"])
+    assert can_be_split(mechanism, [Transmission("rail", on_drive=True, gap=GAP)]) == possible
+    assert can_be_split(mechanism, [])
