@@ -36,17 +36,18 @@ pub struct JointAnswer {
     pub fit: JointFit,
 }
 
-/// Probability from which a name is more probably right than wrong.
-const MIN_NAME_PROBABILITY: f64 = 0.5;
+/// Largest probability that every name of an explanation is wrong.
+const MAX_ALL_WRONG: f64 = 0.5;
 
 impl JointAnswer {
-    /// Whether an effect, or one of those that the data cannot distinguish from it, is more probably missing than not.
+    /// Whether at least one of the named effects is more probably missing than not. An effect counts together with those that the
+    /// data cannot distinguish from it, and effects count as independent.
     pub(crate) fn has_probable_name(&self) -> bool {
-        let alike = |effect: &JointEffect| {
+        let wrong = |effect: &JointEffect| {
             let class = self.tied.iter().find(|class| class.contains(&effect.label()));
-            class.map_or(1, Vec::len) as f64
+            (1.0 - effect.probability * class.map_or(1, Vec::len) as f64).max(0.0)
         };
-        self.missing.iter().any(|effect| alike(effect) * effect.probability >= MIN_NAME_PROBABILITY)
+        self.missing.iter().map(wrong).product::<f64>() <= MAX_ALL_WRONG
     }
 }
 
