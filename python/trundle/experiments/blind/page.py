@@ -155,6 +155,17 @@ def size_text(page: Page) -> str:
     return text if size != 1.0 else ""
 
 
+ROBOTS = {
+    "own": "eight arms and benches with one to six joints",
+    "wheels": "nine robots of robosuite, dm_control and gymnasium-robotics with two to seven joints",
+}
+
+
+def robots(page: Page) -> str:
+    """Return a description of the robots of mechanisms."""
+    return " and ".join(ROBOTS[name] for name in page.settings.get("robots", ["own"]))
+
+
 def of_rows(make: Callable[[Sequence[Row]], str]) -> Callable[[Page], str]:
     """Return a part that depends on the diagnosed rows only."""
     return lambda page: make(page.rows)
@@ -181,6 +192,7 @@ PARTS: dict[str, Callable[[Page], str]] = {
     "versions": diagnosing_versions,
     "sha256": lambda page: ", ".join(f"`{head['sha256']}`" for head in page.heads),
     "pushes": pushes,
+    "robots": robots,
     "held_out": lambda page: f"{min(2, page.settings['episodes'] - 1)} held out",
     "size": size_text,
     "results": lambda page: page.link(page.file),
