@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import trundle
+from trundle._types import JointAnswer
 
 Floats = NDArray[np.float64]
 
@@ -75,6 +76,16 @@ def recording_of(truth: str, shoulder_offset: float = 0.0) -> trundle.JointRecor
         "split": {"held_out": ["e3"]},
     }
     return trundle.JointRecording(metadata, episodes, {"robot.xml": NOMINAL.encode()})
+
+
+def open_loop_ratio(answer: JointAnswer) -> float:
+    """Return the open-loop error of held-out positions with the named effects over that without."""
+    held_out = answer["fit"]["held_out"]
+    assert held_out is not None
+    before, after = (held_out[side]["relative_position_rmse"] for side in ("before", "after"))
+    assert before is not None
+    assert after is not None
+    return float(after / before)
 
 
 def pendulum_recording(friction: float) -> trundle.JointRecording:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from trundle.mechanism import Mechanism
     from trundle.mechanism.drives import Drive
     from trundle.mechanism.simulation import JointLaws
-    from trundle.mechanism.transmissions import Transmission
+    from trundle.mechanism.transmissions import SplitModel, Transmission
 
 __all__ = ["FittedModel", "fitted_mechanism"]
 
@@ -39,12 +40,18 @@ class FittedModel:
     """
 
     def __init__(self, mechanism: Mechanism, model: Mapping[str, Any], on_drive: Collection[str]) -> None:
-        from trundle.mechanism.transmissions import can_be_split, split_model
+        from trundle.mechanism.transmissions import can_be_split
 
         self.mechanism = fitted_mechanism(mechanism, model)
         self.transmissions = list(transmissions_of(model, on_drive))
         self.can_simulate = can_be_split(self.mechanism, self.transmissions)
-        self.split = split_model(self.mechanism, self.transmissions) if self.can_simulate else None
+
+    @cached_property
+    def split(self) -> SplitModel:
+        """The model with a joint for each transmission."""
+        from trundle.mechanism.transmissions import split_model
+
+        return split_model(self.mechanism, self.transmissions)
 
     def needed(self, t: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
         """Return the effort for a motion, and the diagonal of the mass matrix, (T, n) each."""

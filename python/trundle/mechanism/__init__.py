@@ -14,6 +14,7 @@ from trundle.mechanism.loading import Payload
 from trundle.mechanism.model import Mechanism
 from trundle.mechanism.regressors import Regressors
 from trundle.mechanism.simulation import simulate
+from trundle.mechanism.transmissions import SplitModel, Transmission, split_model
 
 __all__ = [
     "EffortDrive",
@@ -25,8 +26,11 @@ __all__ = [
     "PositionDrive",
     "Posterior",
     "Regressors",
+    "SplitModel",
     "SwitchedDrive",
+    "Transmission",
     "simulate",
+    "split_model",
     "touching_bodies",
 ]
 

@@ -81,9 +81,10 @@ def simulate(
     known : callable, optional
         Further known efforts on the joints' side, as a drive.
     split : SplitModel, optional
-        The mechanism's model with plays and springs between drives and joints, which begin in equilibrium
-        with the links' weight. Positions and velocities are then those at the encoders. Drives act on their
-        own side; laws depend on the links' positions and the drives' velocities.
+        The mechanism's model with plays and springs between drives and joints. They begin with the
+        deflections of what rigid transmissions would transmit. Positions and velocities are then those at
+        the encoders. Drives act on their own side; laws depend on the links' positions and the drives'
+        velocities.
     step : float, optional
         Largest step, s; by default the model's, at most 2 ms. Steps are shortened to end at the output times.
 
@@ -175,15 +176,23 @@ class _Simulation:
         return q, v
 
     def deflect(self, transmissions: Sequence[Transmission]) -> None:
-        """Begin with transmissions in equilibrium, and the encoders at their positions."""
+        """Begin with the deflections of what rigid transmissions would transmit, and encoders in place."""
         if not transmissions:
             return
-        self.mujoco.mj_forward(self.model, self.data)
-        for one, column, link in zip(transmissions, self.columns, self.links, strict=True):
-            found = one.deflection(float(self.data.qfrc_bias[link]))
-            self.data.qpos[link] = found
+        self.apply()
+        model, data, links = self.model, self.data, self.links
+        self.mujoco.mj_forward(model, data)
+        matrix, rigid = np.zeros((model.nv, model.nv)), np.setdiff1d(np.arange(model.nv), links)
+        self.mujoco.mj_fullM(model, data, matrix)
+        friction = model.dof_frictionloss * np.sign(data.qvel)
+        effort = data.qfrc_applied + data.qfrc_passive - data.qfrc_bias - friction
+        acceleration = np.linalg.solve(matrix[np.ix_(rigid, rigid)], effort[rigid])
+        loads = matrix[np.ix_(links, rigid)] @ acceleration + (data.qfrc_bias - data.qfrc_applied)[links]
+        for one, column, link, load in zip(transmissions, self.columns, links, loads, strict=True):
+            found = one.deflection(float(load))
+            data.qpos[link] = found
             if not one.on_drive:
-                self.data.qpos[self.index[column]] -= found
+                data.qpos[self.index[column]] -= found
 
     def measured(self) -> tuple[Floats, Floats]:
         """Return positions and velocities at the encoders."""
@@ -235,7 +244,8 @@ class _Simulation:
             unit[k] = 1.0
             self.mujoco.mj_mulM(model, data, column, unit)
             unit[k] = 0.0
-            inertial[k] -= column[k] * data.qacc[k]
+            own = [k, *self.links[self.index[self.columns] == k]]
+            inertial[k] -= column[own] @ data.qacc[own]
         self.load = self.driven - self.acting + (data.qfrc_bias + inertial)[self.index]
 
 

@@ -72,11 +72,12 @@ class SplitModel:
 
 
 def can_be_split(mechanism: Mechanism, transmissions: Sequence[Transmission]) -> bool:
-    """Return whether every drive has inertia, and no spring or other joint moves the link's body."""
-    model = mechanism.compiled
+    """Return whether every drive has inertia, and no spring, other joint or follower acts at its joint."""
+    model, source = mechanism.compiled, mechanism.coordinates.source
     for one in transmissions:
         k = model.joint(one.joint).id
-        alone = model.body_jntnum[model.jnt_bodyid[k]] == 1
+        has_follower = np.count_nonzero(source == mechanism.column(one.joint)) > 1
+        alone = model.body_jntnum[model.jnt_bodyid[k]] == 1 and not has_follower
         if not (alone and model.dof_armature[k] > 0 and not np.any(model.jnt_stiffness[k])):
             return False
     return True
@@ -93,7 +94,7 @@ def split_model(mechanism: Mechanism, transmissions: Sequence[Transmission]) -> 
     for one in transmissions:
         joint = spec.joint(one.joint)
         couple_slides(joint)
-        link = joint.parent.add_joint(name=f"{one.joint}_link", type=joint.type)
+        link = joint.parent.add_joint(name=link_name(one.joint, names), type=joint.type)
         link.axis, link.pos = joint.axis, joint.pos
         link.stiffness[0], link.damping[0] = one.stiffness, one.damping
         link.armature = link.frictionloss = 0.0
@@ -110,19 +111,28 @@ def split_model(mechanism: Mechanism, transmissions: Sequence[Transmission]) -> 
     index = np.array([compiled.joint(name).id for name in names], dtype=np.intp)
     for name in ("dof_armature", "dof_damping", "dof_frictionloss"):
         getattr(compiled, name)[index] = getattr(own, name)
-    links = np.array([compiled.joint(f"{one.joint}_link").id for one in transmissions], dtype=np.intp)
+    links = np.array([compiled.joint(link_name(one.joint, names)).id for one in transmissions], dtype=np.intp)
     columns = np.array([mechanism.column(one.joint) for one in transmissions], dtype=np.intp)
     mujoco.mj_setConst(compiled, mujoco.MjData(compiled))
     return SplitModel(compiled, tuple(transmissions), index, links, columns)
 
 
 def couple_slides(joint: Any) -> None:
-    """Add a body without mass to the body of a joint in a specification.
+    """Add a body without mass to the body of a slide in a specification.
 
     MuJoCo treats all slides of a body as independent, also parallel ones, if the body only slides and has no
     child and no offset of its centre.
     """
-    joint.parent.add_body(name=f"{joint.name}_frame")
+    if is_slide(joint):
+        joint.parent.add_body()
+
+
+def link_name(joint: str, names: Sequence[str]) -> str:
+    """Return a name for the joint of a transmission that no other joint has."""
+    found = f"{joint}_link"
+    while found in names:
+        found += "_"
+    return found
 
 
 def is_slide(joint: Any) -> bool:

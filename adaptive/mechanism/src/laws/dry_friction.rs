@@ -4,7 +4,8 @@ use super::law::{Applies, JointLaw, JointSample, JointScales, ParamSpec, Scale, 
 use crate::units::Unit;
 use trundle_model::Real;
 
-/// Transition velocity of the Stribeck curve, in rms velocities of the joint: slower motion counts as rest.
+/// Transition velocity of the Stribeck curve, in rms velocities of the joint: slower motion counts as rest, and a slower fall of the
+/// friction is a negative damping.
 const TRANSITION: [f64; 2] = [0.1, 1.0];
 
 pub(super) const SPEC: Spec = Spec {
