@@ -159,7 +159,10 @@ pub(crate) fn check_episode(
     let problem =
         |reason: &str| MechanismError::Dynamics { episode: name.to_owned(), reason: reason.to_owned() };
     let fits = |series: &Vec<f64>| series.len() == len && series.iter().all(|x| x.is_finite());
-    if own.effort.len() != joints || own.mass_matrix.len() != joints {
+    let are_square = is_square(&own.mass_matrix, joints)
+        && is_square(&own.by_offset, joints)
+        && is_square(&own.by_velocity, joints);
+    if own.effort.len() != joints || !are_square {
         return Err(problem(WRONG_JOINTS));
     }
     let by_parameter = own.by_parameter.iter().flatten();
@@ -186,4 +189,9 @@ pub(crate) fn check_episode(
         return Err(problem("`by_mass` needs one array for each joint and body"));
     }
     Ok(())
+}
+
+/// Whether there is an entry for every pair of joints.
+fn is_square<T>(rows: &[Vec<T>], joints: usize) -> bool {
+    rows.len() == joints && rows.iter().all(|row| row.len() == joints)
 }
