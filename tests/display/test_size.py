@@ -99,8 +99,8 @@ def environment(kind: type) -> Any:
     return lambda: gymnasium.make(f"trundle/{kind.__name__}-v0").unwrapped
 
 
-def mechanism() -> trundle.mechanism.Mechanism:
-    text = """<mujoco><worldbody><body name="arm"><joint name="elbow" axis="0 1 0"/>
+def mechanism(armature: float = 0.0) -> trundle.mechanism.Mechanism:
+    text = f"""<mujoco><worldbody><body name="arm"><joint name="elbow" axis="0 1 0" armature="{armature}"/>
         <inertial pos="1 0 0" mass="2" diaginertia="1e-6 1e-6 1e-6"/></body></worldbody></mujoco>"""
     return trundle.mechanism.Mechanism.load(text, ["elbow"])
 
@@ -169,6 +169,8 @@ MAKE: dict[str, Callable[[], Any]] = {
     "EffortDrive": lambda: trundle.mechanism.EffortDrive(np.arange(500.0), np.zeros((500, 1))),
     "PositionDrive": lambda: trundle.mechanism.PositionDrive([0.0], [[1.0]], [30.0], [2.0]),
     "SwitchedDrive": lambda: trundle.mechanism.SwitchedDrive(MAKE["EffortDrive"](), [0.0], [[1.0]]),
+    "Transmission": lambda: trundle.mechanism.Transmission("elbow", on_drive=True, gap=0.02),
+    "SplitModel": lambda: trundle.mechanism.split_model(mechanism(0.1), [MAKE["Transmission"]()]),
     "Payload": lambda: trundle.mechanism.Payload("arm", 0.5, (0.0, 0.0, 0.1)),
     "JointEffect": lambda: mechanism_model().effect[0],
     "MechanismModel": lambda: mechanism_model(),

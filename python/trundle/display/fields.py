@@ -18,10 +18,13 @@ MAX_TEXT = 70
 
 
 class DisplayedFields(Displayed):
-    """A data class whose representation names its fields, arrays by their shapes."""
+    """A data class whose representation names its fields, arrays by their shapes.
+
+    Fields with ``repr=False`` are left out.
+    """
 
     def _card(self) -> Card:
-        names = [field.name for field in fields(self)]  # type: ignore[arg-type]
+        names = [field.name for field in fields(self) if field.repr]  # type: ignore[arg-type]
         facts = [(name, describe_value(getattr(self, name))) for name in names]
         kind = type(self)
         return Card(f"{kind.__module__.rpartition('.')[0]}.{kind.__name__}", facts)
