@@ -24,6 +24,7 @@ mod joint_record;
 mod laws;
 mod mechanism;
 mod model;
+mod obstacles;
 mod online;
 mod paper;
 mod plain;
@@ -65,6 +66,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     arm::register(module)?;
     background::register(module)?;
     control::register(module)?;
+    obstacles::register(module)?;
     paper::register(module)?;
     posterior::register(module)?;
     Ok(())

@@ -202,6 +202,18 @@ def _object(path: str | PathLike[str]) -> dict[str, Any]: ...
 __version__: str
 
 @final
+class ObstacleMap:
+    def __new__(
+        cls,
+        outline: Sequence[Sequence[float]] | NDArray[np.float64],
+        obstacles: Sequence[Sequence[Sequence[float]]],
+        goal: Sequence[float] | NDArray[np.float64],
+        start: Sequence[float] | NDArray[np.float64],
+        turn_cost: float,
+    ) -> ObstacleMap: ...
+    def detour(self, pose: Sequence[float] | NDArray[np.float64]) -> float: ...
+
+@final
 class Planner:
     def __new__(cls, lower: ArrayLike, upper: ArrayLike, *, seed: int = 0, **settings: Any) -> Planner: ...
     def plan(

@@ -279,6 +279,54 @@ def test_contact_costs_nothing_before_the_ramp(tmp_path: Path) -> None:
     assert np.allclose(refunds[settings.n_timesteps], 0.0)
 
 
+def with_detours(folder: Path, own: str) -> Path:
+    """Write the file of a training among obstacles, with a cost of detours."""
+    file = written(folder, own)
+    replaced = file.read_text().replace("PushAround-v0", "PushAroundHard-v1")
+    replaced = replaced.replace('hidden = "locked", object = ["office_table", "random"], ', "")
+    file.write_text(replaced.replace("turn_cost = 0.5", "turn_cost = 0.5, detour_cost = 3.0"))
+    return file
+
+
+def test_the_cost_of_detours_is_that_of_the_shortest_path(tmp_path: Path) -> None:
+    settings = read(with_detours(tmp_path, PPO))
+    assert settings.digest != read(written(tmp_path, PPO)).digest
+    worlds = make_worlds(settings)
+    assert worlds.normalize is not None
+    worlds.top.reset()
+    for step in range(1, 33):
+        _, _, dones, infos = worlds.top.step(np.zeros((4, 3)))
+        detours = np.array([info["detour"] for info in infos])
+        assert (detours > 0.05).all(), "all objects are still behind their obstacles"
+        assert dones.all() == (step == 30)
+        turns = np.array([abs(info["heading_error"]) for info in infos])
+        errors = np.array([info["distance"] for info in infos]) + 0.3 * turns
+        # Time costs 0.05 per second in version 1.
+        costs = errors + 0.05 + 2.0 * np.tanh(errors / 0.2) + 0.5 * turns + 3.0 * detours
+        assert worlds.normalize.get_original_reward() == pytest.approx(-0.05 * costs, rel=1e-4)
+
+
+def test_an_interrupted_training_with_detours_ends_with_the_same_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = read(with_detours(tmp_path, PPO))
+    Training(settings, 1, tmp_path / "whole").run()
+    looks = 0
+
+    def look(*arguments: Any) -> dict[str, float]:
+        nonlocal looks
+        looks += 1
+        if looks == 6:
+            raise KilledError
+        return evaluate(*arguments)
+
+    monkeypatch.setattr(train, "evaluate", look)
+    with pytest.raises(KilledError):
+        Training(settings, 1, tmp_path / "parts").run()
+    Training(settings, 1, tmp_path / "parts").run()
+    assert results(tmp_path / "whole") == results(tmp_path / "parts")
+
+
 def test_reward_shaping_does_not_change_the_return(tmp_path: Path) -> None:
     settings = read(written(tmp_path, PPO))
     worlds = make_worlds(settings)

@@ -84,7 +84,7 @@ impl ObstacleMap {
 
     /// Detour from a pose to the goal due to obstacles, m.
     #[inline]
-    pub(crate) fn detour(&self, pose: [f64; 3]) -> f64 {
+    pub fn detour(&self, pose: [f64; 3]) -> f64 {
         self.distance_field.as_ref().map_or(0.0, |distance_field| distance_field.detour(pose))
     }
 

@@ -9,7 +9,7 @@ from gymnasium import registry
 from trundle.envs.push import Push
 from trundle.envs.tasks import LockedWheel, PushAround, PushDoor, PushPath, PushPose
 
-__all__ = ["FLAT", "flat_id", "flat_ids", "task_of"]
+__all__ = ["FLAT", "flat_id", "flat_ids", "has_obstacles", "task_of"]
 
 FLAT: tuple[type[Push], ...] = (LockedWheel, PushPose, PushPath, PushAround, PushDoor)
 """The tasks whose observations are arrays."""
@@ -25,6 +25,12 @@ def task_of(env_id: str) -> type[Push] | None:
     """Return the task of a registered id; None for others."""
     found = ID.fullmatch(env_id) if env_id in registry else None
     return found and next(task for task in FLAT if task.__name__ == found["task"])
+
+
+def has_obstacles(env_id: str) -> bool:
+    """Return whether the observations of a registered id contain obstacles."""
+    task = task_of(env_id)
+    return task is not None and task.seen_obstacles is not Push.seen_obstacles
 
 
 def flat_id(name: str) -> str | None:

@@ -21,6 +21,7 @@ from trundle._native import Pushing, TrundleError
 from trundle.envs.oracle import Oracle, VectorOracle
 from trundle.envs.sb3 import SB3VecEnv
 from trundle.experiments.training.config import HER
+from trundle.experiments.training.detours import DetourWrapper
 from trundle.experiments.training.frames import entry_count, to_frame
 from trundle.experiments.training.hindsight import goal_id
 from trundle.experiments.training.settings import Settings
@@ -81,6 +82,8 @@ class ShapedRewardWrapper(VecEnvWrapper):  # type: ignore[misc]
         turns = np.array([abs(info["heading_error"]) for info in infos])
         errors = np.array([info["distance"] for info in infos]) + ENV_HEADING_WEIGHT_M * turns
         cost = self._aids.miss_cost * np.tanh(errors / NEAR_GOAL_M) + self._aids.turn_cost * turns
+        if self._aids.detour_cost:
+            cost += self._aids.detour_cost * np.array([info["detour"] for info in infos])
         rewards = (rewards - self._period * cost + self._touch_refund(dones, infos)).astype(np.float32)
         for index in np.flatnonzero(dones):
             rewards[index] += self._aids.success_bonus * infos[index]["is_success"]
@@ -103,6 +106,7 @@ class Worlds(NamedTuple):
     """The layers of environments whose state a checkpoint holds; `top` is the outermost."""
 
     batch: SB3VecEnv
+    detours: DetourWrapper | None
     monitor: VecMonitor
     shaped: ShapedRewardWrapper
     stack: VecFrameStack | None
@@ -116,6 +120,8 @@ class Worlds(NamedTuple):
             "monitor": pick_attributes(self.monitor, MONITOR_KEYS),
             "shaped": pick_attributes(self.shaped, SHAPED_KEYS),
         }
+        if self.detours is not None:
+            state["detours"] = self.detours.first
         if self.stack is not None:
             state["stack"] = self.stack.stacked_obs.stacked_obs
         if self.normalize is not None:
@@ -128,6 +134,8 @@ class Worlds(NamedTuple):
             self.batch.env_method("restore", episode, indices=index)
         set_attributes(self.monitor, state["monitor"])
         set_attributes(self.shaped, state["shaped"])
+        if self.detours is not None:
+            self.detours.begin(state["detours"])
         if self.stack is not None:
             self.stack.stacked_obs.stacked_obs = state["stack"]
         if self.normalize is not None:
@@ -173,7 +181,11 @@ def make_worlds(settings: Settings) -> Worlds:
     except TypeError as error:
         raise TrundleError(f"env_kwargs = {settings.env_kwargs}: {error}") from None
     batch = SB3VecEnv(VectorOracle(vector) if hidden else vector)
-    framed = batch if replays_goals else FrameWrapper(batch, settings.env, settings.frame, hidden)
+    bottom: VecEnv = batch
+    detours = None
+    if settings.aids.detour_cost:
+        bottom = detours = DetourWrapper(batch, settings.env, hidden, ENV_HEADING_WEIGHT_M)
+    framed = bottom if replays_goals else FrameWrapper(bottom, settings.env, settings.frame, hidden)
     monitor = VecMonitor(framed)
     top: VecEnv = (shaped := ShapedRewardWrapper(monitor, settings, step))
     stack = normalize = None
@@ -183,4 +195,4 @@ def make_worlds(settings: Settings) -> Worlds:
         gamma = settings.hyperparameters.get("gamma", 0.99)
         # Rewards of replayed goals are computed anew, and not normalised.
         top = normalize = VecNormalize(top, norm_reward=not replays_goals, gamma=gamma)
-    return Worlds(batch, monitor, shaped, stack, normalize, top)
+    return Worlds(batch, detours, monitor, shaped, stack, normalize, top)
