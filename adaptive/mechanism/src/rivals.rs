@@ -10,7 +10,8 @@ use trundle_diagnose::MAX_TIE_DIFFERENCE_NATS;
 /// Least probability of an alternative that is reported.
 const MIN_ALTERNATIVE_PROBABILITY: f64 = 0.005;
 
-/// Posterior weight of every tried model. Models that are as wrong as the best one are as probable.
+/// Posterior weight of every tried model. Models that are as wrong as the best one are as probable. A set of effects that was
+/// fitted repeatedly has the weight of its best fit.
 pub(crate) fn weights(searcher: &Searcher<'_>, found: &Found, times: &[f64]) -> Vec<f64> {
     let least = found.best.log_evidence(times);
     let log = |tried: &Tried| match searcher.is_as_wrong(&found.best, tried) {
@@ -19,7 +20,11 @@ pub(crate) fn weights(searcher: &Searcher<'_>, found: &Found, times: &[f64]) -> 
     };
     let logs: Vec<f64> = found.tried.iter().map(log).collect();
     let best = logs.iter().copied().fold(least, f64::max);
-    let raw: Vec<f64> = logs.iter().map(|log| (log - best).exp()).collect();
+    let kinds: Vec<Vec<Kind>> = found.tried.iter().map(Tried::kinds).collect();
+    let is_repeated =
+        |k: usize| (0..kinds.len()).any(|o| kinds[o] == kinds[k] && o != k && (logs[o], k) > (logs[k], o));
+    let weight = |k: usize| if is_repeated(k) { 0.0 } else { (logs[k] - best).exp() };
+    let raw: Vec<f64> = (0..logs.len()).map(weight).collect();
     let total: f64 = raw.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     raw.iter().map(|weight| weight / total).collect()
 }
@@ -101,14 +106,33 @@ pub(crate) fn alternatives(problem: &Problem, found: &Found, weights: &[f64]) ->
 
 #[cfg(test)]
 mod tests {
+    use super::weights;
     use crate::cross_validation::LeftOut;
     use crate::fit::fit;
     use crate::laws::JointKind;
     use crate::model::{Effect, Kind};
     use crate::rows::{Scope, noise_floor, tests::carriage};
     use crate::search::Searcher;
-    use crate::tried::Tried;
+    use crate::tried::{Found, Tried};
     use trundle_infer::Quiet;
+
+    #[test]
+    fn a_set_that_was_fitted_repeatedly_counts_once() {
+        let problem = carriage("joint", Some(|t| -4.0 * (3.0 * t).sin()));
+        let searcher = Searcher::new(&problem, &[], &Quiet);
+        let tried = |kind: JointKind| -> Tried {
+            let effects = [Effect { kind: Kind::Joint(kind, 0), values: vec![0.1] }];
+            searcher.tried(fit(&problem, &effects, None, Scope::Training, 0))
+        };
+        let (one, other) = (tried(JointKind::ViscousFriction), tried(JointKind::AirDrag));
+        let of = |tried: Vec<Tried>| {
+            let found = Found { base: one.clone(), best: one.clone(), support: vec![], tried };
+            weights(&searcher, &found, &searcher.times(&one))
+        };
+        let once = of(vec![one.clone(), other.clone()]);
+        let thrice = of(vec![one.clone(), other.clone(), one.clone(), one.clone()]);
+        assert_eq!(thrice, [once[0], once[1], 0.0, 0.0]);
+    }
 
     #[test]
     fn rivals_are_as_wrong_if_the_errors_exceed_the_noise_and_are_alike() {
