@@ -119,8 +119,18 @@ def results(folder: Path) -> dict[str, bytes]:
 def test_an_interrupted_training_ends_with_the_same_bytes(
     own: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    settings = read(written(tmp_path, own))
-    Training(settings, 1, tmp_path / "whole").run()
+    interrupt_twice(read(written(tmp_path, own)), tmp_path, monkeypatch)
+
+
+def test_an_interrupted_training_with_detours_ends_with_the_same_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_twice(read(with_detours(tmp_path, PPO)), tmp_path, monkeypatch)
+
+
+def interrupt_twice(settings: Settings, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compare a training with one that is killed in two evaluations and continued."""
+    Training(settings, 1, folder / "whole").run()
     looks = 0
 
     def look(*arguments: Any) -> dict[str, float]:
@@ -132,13 +142,13 @@ def test_an_interrupted_training_ends_with_the_same_bytes(
 
     monkeypatch.setattr(train, "evaluate", look)
     for _ in range(2):
-        training = Training(settings, 1, tmp_path / "parts")
+        training = Training(settings, 1, folder / "parts")
         with pytest.raises(KilledError):
             training.run()
         assert training.checkpoint_file.exists()
-    Training(settings, 1, tmp_path / "parts").run()
+    Training(settings, 1, folder / "parts").run()
     assert looks > 10
-    assert results(tmp_path / "whole") == results(tmp_path / "parts")
+    assert results(folder / "whole") == results(folder / "parts")
     assert not training.checkpoint_file.exists()
 
 
@@ -304,27 +314,6 @@ def test_the_cost_of_detours_is_that_of_the_shortest_path(tmp_path: Path) -> Non
         # Time costs 0.05 per second in version 1.
         costs = errors + 0.05 + 2.0 * np.tanh(errors / 0.2) + 0.5 * turns + 3.0 * detours
         assert worlds.normalize.get_original_reward() == pytest.approx(-0.05 * costs, rel=1e-4)
-
-
-def test_an_interrupted_training_with_detours_ends_with_the_same_bytes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    settings = read(with_detours(tmp_path, PPO))
-    Training(settings, 1, tmp_path / "whole").run()
-    looks = 0
-
-    def look(*arguments: Any) -> dict[str, float]:
-        nonlocal looks
-        looks += 1
-        if looks == 6:
-            raise KilledError
-        return evaluate(*arguments)
-
-    monkeypatch.setattr(train, "evaluate", look)
-    with pytest.raises(KilledError):
-        Training(settings, 1, tmp_path / "parts").run()
-    Training(settings, 1, tmp_path / "parts").run()
-    assert results(tmp_path / "whole") == results(tmp_path / "parts")
 
 
 def test_reward_shaping_does_not_change_the_return(tmp_path: Path) -> None:

@@ -37,6 +37,8 @@ class DetourWrapper(VecEnvWrapper):  # type: ignore[misc]
     def __init__(self, venv: VecEnv, env_id: str, hidden: int, turn_cost: float) -> None:
         super().__init__(venv)
         self._task, self._hidden, self._turn_cost = task_of(env_id), hidden, turn_cost
+        self.first: Floats = np.zeros((venv.num_envs, 0))
+        """The first observations of the episodes."""
         self._maps: list[ObstacleMap] = []
 
     def reset(self) -> Any:
@@ -46,7 +48,7 @@ class DetourWrapper(VecEnvWrapper):  # type: ignore[misc]
         return observations
 
     def begin(self, observations: Floats) -> None:
-        """Set the first observations of the episodes, from which the maps of obstacles are computed."""
+        """Set `first`, and compute the maps of obstacles from it."""
         self.first = observations.copy()
         self._maps = [self._map(row) for row in observations]
 
