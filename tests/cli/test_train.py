@@ -104,6 +104,11 @@ def test_compared_policies_have_the_same_task(level: str) -> None:
             "aids = {detour_cost = 1.0}",
             "detour_cost: trundle/PushAround-v0 does not observe",
         ),
+        (
+            'PushAround-v0"',
+            'PushPose-v1"\naids = {detour_cost = 1.0}',
+            "detour_cost: trundle/PushPose-v1 does not observe",
+        ),
         ('"PPO"', '"RMA"\nteacher = "a.npz"', "RMA needs privileged = true"),
         ('"lin_0.001"', '"cos_0.001"', "`learning_rate` = 'cos_0.001'; it is a number or \"lin_0.001\""),
         ('"PPO"', '"TD3"', "algorithm = 'TD3': choose PPO, RecurrentPPO, RMA, SAC, TQC"),

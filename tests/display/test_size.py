@@ -266,6 +266,12 @@ def balanced(html: str) -> bool:
     return not tags.open
 
 
+def test_fields_without_a_representation_are_left_out() -> None:
+    text = repr(MAKE["SplitModel"]())
+    assert "transmissions" in text
+    assert "compiled" not in text
+
+
 def test_all_text_is_escaped() -> None:
     attack = "<script>alert('&')</script>"
     table = Table((attack, attack), [(attack, attack)])
