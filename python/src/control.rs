@@ -40,7 +40,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 ///     then run fewer iterations with fewer plans.
 /// spread, smoothness, temperature : float
 ///     Properties of the samples: standard deviation in the first iteration as a share of half the range of the
-///     bounds (0.6), correlation of successive actions (0.9), and temperature of the weights as a share of the
+///     bounds (0.6), correlation of successive actions (0.8), and temperature of the weights as a share of the
 ///     standard deviation of the costs (0.02).
 /// curiosity : float
 ///     Reward for informative plans, s for each metre by which the final states of the models differ (0).

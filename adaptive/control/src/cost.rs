@@ -29,9 +29,9 @@ pub struct Cost {
     pub heading: f64,
     /// Cost of an action of half the range between its bounds along each axis, m.
     pub effort: f64,
-    /// Speed above which an excess is charged, m/s.
+    /// Speed above which an excess is charged, m/s. The default is 80 % of the speed that ends an episode.
     pub speed_limit: f64,
-    /// Spin above which an excess is charged, rad/s.
+    /// Spin above which an excess is charged, rad/s. The default is 80 % of the spin that ends an episode.
     pub spin_limit: f64,
     /// Cost of exceeding a limit by 100 %, m.
     pub excess: f64,
@@ -55,8 +55,8 @@ impl Default for Cost {
         Self {
             heading: 0.3,
             effort: 0.005,
-            speed_limit: 1.2,
-            spin_limit: 2.5,
+            speed_limit: 1.6,
+            spin_limit: 3.2,
             excess: 10.0,
             arrival: 0.5,
             pace: 1.0,

@@ -69,7 +69,7 @@ fn spread() -> f64 {
     0.6
 }
 fn smoothness() -> f64 {
-    0.9
+    0.8
 }
 fn temperature() -> f64 {
     0.02

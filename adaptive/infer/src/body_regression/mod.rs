@@ -52,10 +52,10 @@ const PASSES: usize = 2;
 const DRY_PRIOR_ODDS: f64 = 0.1;
 
 /// Number of steps that show a change.
-const CHANGE_STEPS: usize = 10;
+const CHANGE_STEPS: usize = 6;
 /// Smallest number of them with large errors, and largest weight of such a step. Normal errors give it to one step in 4000 (χ² of
 /// three degrees of freedom above 19.3).
-const MIN_CHANGED_STEPS: usize = 8;
+const MIN_CHANGED_STEPS: usize = 5;
 const MAX_CHANGED_WEIGHT: f64 = 0.3;
 
 /// Standard deviations of the noise of observed twists and wrenches.
@@ -118,21 +118,22 @@ impl BodyRegression {
         check(data)?;
         let data = data.get(self.first..).unwrap_or_default();
         self.estimate(data);
-        if self.has_changed() {
+        if let Some(change) = self.change() {
             self.prior.learn_mass(&self.mean, &self.precision);
-            let latest = self.weights.len() - CHANGE_STEPS;
-            self.first += latest;
+            self.first += change;
             self.weights = vec![];
-            self.estimate(&data[latest..]);
+            self.estimate(&data[change..]);
         }
         Ok(())
     }
 
-    /// Whether most of the latest steps have large errors.
-    fn has_changed(&self) -> bool {
-        let Some(earlier) = self.weights.len().checked_sub(CHANGE_STEPS) else { return false };
-        let changed = self.weights[earlier..].iter().filter(|weight| **weight < MAX_CHANGED_WEIGHT);
-        earlier >= CHANGE_STEPS && changed.count() >= MIN_CHANGED_STEPS
+    /// The first of the latest steps with a large error, if most of them have large errors.
+    fn change(&self) -> Option<usize> {
+        let earlier =
+            self.weights.len().checked_sub(CHANGE_STEPS).filter(|earlier| *earlier >= CHANGE_STEPS)?;
+        let changed = (earlier..self.weights.len()).filter(|k| self.weights[*k] < MAX_CHANGED_WEIGHT);
+        let first = changed.clone().next()?;
+        (changed.count() >= MIN_CHANGED_STEPS).then_some(first)
     }
 
     fn estimate(&mut self, data: &[Transition]) {
