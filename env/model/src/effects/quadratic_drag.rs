@@ -31,22 +31,42 @@ const SMOOTHING_SPEED_M_PER_S: f64 = 1e-3;
 /// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct QuadraticDrag<T> {
-    center: [T; 2],
     drag: T,
 }
 
 impl<T: Real> EffectLaw<T> for QuadraticDrag<T> {
     const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], site: &LawSetup<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [drag] = take(values);
-        Self { center: site.body.com.map(T::lift), drag }
+        Self { drag }
     }
 
     #[inline]
     fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
-        let [vx, vy] = at.point_velocity(self.center);
+        let [vx, vy] = at.point_velocity(at.com);
         let speed = (vx.squared() + vy.squared() + SMOOTHING_SPEED_M_PER_S * SMOOTHING_SPEED_M_PER_S).sqrt();
-        sum.add_isotropic_damping_at(self.center, self.drag * speed);
+        sum.add_isotropic_damping_at(at.com, self.drag * speed);
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use crate::{Body, Clock, Effect, Kind, Model, State};
+
+    #[test]
+    fn it_acts_at_the_mass_centre_that_another_effect_moves() {
+        let corners = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
+        let mut model = Model::nominal(Body::from_footprint(&corners, 22.0).unwrap(), Some(22.0), [true; 3]);
+        let offset = Effect::free(Kind::ComOffset).with("com_x", Some(0.2)).with("com_y", Some(-0.1));
+        model.effects = vec![offset, Effect::free(Kind::QuadraticDrag).with("drag", Some(25.0))];
+        let plant = model.resolved().unwrap();
+        let mut state = State::moving([0.0; 3], [0.8, 0.3, 0.0]);
+        for _ in 0..100 {
+            state = plant.step(&state, [0.0; 3], Clock::since_contact(1.0), 0.01);
+        }
+        // A force through the mass centre does not turn the object.
+        assert!(state.twist[0] < 0.6 && state.twist[2].abs() < 1e-9, "{:?}", state.twist);
     }
 }
