@@ -56,8 +56,7 @@ fn misfit(residual: &DVector<f64>, sd: f64) -> f64 {
 }
 
 fn penalty(slots: &[Slot], values: &[f64]) -> f64 {
-    let one = |(slot, value): (&Slot, &f64)| 0.5 * ((value - slot.prior[0]) / slot.prior[1]).powi(2);
-    slots.iter().zip(values).map(one).sum()
+    slots.iter().zip(values).map(|(slot, value)| slot.prior.cost(*value)).sum()
 }
 
 /// A step within the bounds: parameters that would leave them stay at the bound.
@@ -90,7 +89,7 @@ pub(crate) fn bounded_step(
             let leaves = |bound: f64, below: bool| {
                 let next = values[k] + step[k];
                 let outside = if below { next < bound } else { next > bound };
-                outside && (values[k] - bound).abs() < 1e-12 * slots[k].prior[1]
+                outside && (values[k] - bound).abs() < 1e-12 * slots[k].prior.sd()
             };
             if !fixed[k] && (leaves(slots[k].bounds[0], true) || leaves(slots[k].bounds[1], false)) {
                 (fixed[k], changed) = (true, true);
@@ -119,6 +118,12 @@ pub(crate) fn fit(
     fit_with(problem, effects, from, scope, max_steps, None)
 }
 
+/// The nominal mechanism with the values of the model. Only the timing of drives between samples is fitted: it is no value of
+/// the model.
+pub(crate) fn fit_timing(problem: &Problem) -> Fit {
+    fit_free(problem, &[], None, Scope::Training, MAX_STEPS, None, &Slot::is_timing)
+}
+
 /// [`fit`], with an approximation of the joints outside the scope.
 pub(crate) fn fit_with(
     problem: &Problem,
@@ -127,6 +132,23 @@ pub(crate) fn fit_with(
     scope: Scope,
     max_steps: usize,
     others: Option<&Others>,
+) -> Fit {
+    let is_free = |slot: &Slot| match scope {
+        Scope::Joint(j) if others.is_none() => slot.joint == Some(j),
+        _ => true,
+    };
+    fit_free(problem, effects, from, scope, max_steps, others, &is_free)
+}
+
+/// [`fit_with`], of the free parameters only.
+fn fit_free(
+    problem: &Problem,
+    effects: &[Effect],
+    from: Option<&Fit>,
+    scope: Scope,
+    max_steps: usize,
+    others: Option<&Others>,
+    is_free: &dyn Fn(&Slot) -> bool,
 ) -> Fit {
     let slots = slots(problem, effects);
     let known = |slot: &Slot| {
@@ -140,10 +162,7 @@ pub(crate) fn fit_with(
         Scope::Joint(j) => others.map(|others| (j, others)),
         _ => None,
     };
-    let is_free = |k: usize| match scope {
-        Scope::Joint(j) if others.is_none() => slots[k].joint == Some(j),
-        _ => true,
-    };
+    let is_free = |k: usize| is_free(&slots[k]);
     let spread = |rows: &[JointRows]| -> Vec<f64> {
         let mut sd = vec![1.0; problem.joints.len()];
         rows.iter().for_each(|own| sd[own.joint] = robust_sd(problem, own.joint, &own.residual));
@@ -192,15 +211,15 @@ pub(crate) fn fit_with(
     rows.iter().for_each(|own| samples[own.joint] = own.residual.len());
     let penalty = penalty(&slots, &values);
     let (precision, _) = normal_equations(&rows, &sd, &slots, &values, &|_| true);
-    let rank = rank(&precision, &slots);
+    let rank = rank(&precision, &slots, &values);
     Fit { effects: effects.to_vec(), slots, values, sd, samples, penalty, rank }
 }
 
 /// Number of parameters that the data determine, from the precision of data and prior together.
-fn rank(precision: &DMatrix<f64>, slots: &[Slot]) -> f64 {
+fn rank(precision: &DMatrix<f64>, slots: &[Slot], values: &[f64]) -> f64 {
     let Some(variances) = variances(precision) else { return slots.len() as f64 };
-    let by_prior = |(variance, slot): (&f64, &Slot)| variance / slot.prior[1].powi(2);
-    slots.len() as f64 - variances.iter().zip(slots).map(by_prior).sum::<f64>()
+    let by_prior = |k: usize| variances[k] * slots[k].prior.normal_equation(values[k]).0;
+    slots.len() as f64 - (0..slots.len()).map(by_prior).sum::<f64>()
 }
 
 /// Variances of all parameters from their precision; `None` if it is not positive definite.

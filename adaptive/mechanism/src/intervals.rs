@@ -49,7 +49,7 @@ pub(crate) fn covariance(problem: &Problem, fit: &Fit, time: &[f64]) -> Option<D
 pub(crate) fn intervals(problem: &Problem, fit: &Fit, time: &[f64]) -> Vec<Interval> {
     let covariance = covariance(problem, fit, time);
     let one = |k: usize| {
-        let prior = fit.slots[k].prior[1];
+        let prior = fit.slots[k].prior.sd();
         let sd = covariance.as_ref().map_or(prior, |all| all[(k, k)].max(0.0).sqrt());
         Interval { sd, identified: sd < MAX_POSTERIOR_SHARE * prior }
     };

@@ -37,6 +37,7 @@ mod payload_statement;
 mod periodogram;
 mod play;
 mod point_masses;
+mod prior;
 mod problem;
 mod resample;
 mod rest;

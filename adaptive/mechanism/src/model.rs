@@ -2,6 +2,7 @@
 
 use crate::drive::Drive;
 use crate::laws::{Applies, BASE_TILT, ENCODER_OFFSET, JointKind, PAYLOAD, ParamSpec, Spec, stop_positions};
+use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::units::{EffortUnit, Unit};
 use std::collections::BTreeMap;
@@ -9,8 +10,10 @@ use trundle_record::EffortSource;
 
 /// Standard deviation of a parameter's prior, in units of its scale.
 const PRIOR_SD: f64 = 10.0;
-/// Relative standard deviation of the masses of a model (MECHANISM.md).
-const MASS_SD: f64 = 0.3;
+/// Standard deviation of the logarithm of the masses of a model (MECHANISM.md).
+const LOG_MASS_SD: f64 = 0.3;
+/// Smallest mass as a share of the model's. The prior excludes smaller ones.
+const MIN_MASS_SHARE: f64 = 0.01;
 
 /// Standard deviation of the timing of a drive between samples, as a share of its largest value.
 const TIMING_SD: f64 = 0.5;
@@ -189,8 +192,14 @@ pub(crate) struct Slot {
     pub role: Role,
     pub start: f64,
     pub bounds: [f64; 2],
-    /// Mean and standard deviation of the normal prior.
-    pub prior: [f64; 2],
+    pub prior: Prior,
+}
+
+impl Slot {
+    /// Whether it is the timing of a drive between samples.
+    pub fn is_timing(&self) -> bool {
+        self.role == Role::Nominal(Nominal::Timing)
+    }
 }
 
 /// The free parameters of the nominal mechanism, then those of the effects.
@@ -207,8 +216,8 @@ pub(crate) fn slots(problem: &Problem, effects: &[Effect]) -> Vec<Slot> {
                 joint: None,
                 role: Role::Nominal(Nominal::Mass(b)),
                 start: *mass,
-                bounds: [0.0, f64::INFINITY],
-                prior: [*mass, MASS_SD * mass],
+                bounds: [MIN_MASS_SHARE * mass, f64::INFINITY],
+                prior: Prior::LogNormal { median: *mass, log_sd: LOG_MASS_SD },
             });
         }
     }
@@ -220,7 +229,7 @@ pub(crate) fn slots(problem: &Problem, effects: &[Effect]) -> Vec<Slot> {
             role: Role::Nominal(Nominal::Parameter(k)),
             start: parameter.start,
             bounds: parameter.bounds,
-            prior: [parameter.start, parameter.sd],
+            prior: Prior::Normal { mean: parameter.start, sd: parameter.sd },
         });
     }
     for (k, effect) in effects.iter().enumerate() {
@@ -271,7 +280,7 @@ fn effect_slot(problem: &Problem, effect: &Effect, (k, i): (usize, usize), param
         role: Role::Effect(k, i),
         start: effect.values[i],
         bounds,
-        prior: [centre, sd],
+        prior: Prior::Normal { mean: centre, sd },
     }
 }
 
@@ -314,7 +323,7 @@ fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
             role: Role::Nominal(Nominal::Timing),
             start: 0.0,
             bounds: joint.timing,
-            prior: [0.0, TIMING_SD * joint.timing[1].max(-joint.timing[0])],
+            prior: Prior::Normal { mean: 0.0, sd: TIMING_SD * joint.timing[1].max(-joint.timing[0]) },
         });
     }
     let mut add = |key: &str, unit: Unit, role: Nominal, start: f64, lower: f64, scale: f64| {
@@ -325,7 +334,7 @@ fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
             role: Role::Nominal(role),
             start,
             bounds: [lower, f64::INFINITY],
-            prior: [start, PRIOR_SD * scale.max(start.abs())],
+            prior: Prior::Normal { mean: start, sd: PRIOR_SD * scale.max(start.abs()) },
         });
     };
     let [armature, damping, _] = problem.of_model[j];

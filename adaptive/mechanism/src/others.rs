@@ -1,6 +1,7 @@
 //! The equations of joints that a screening fit does not evaluate again.
 
 use crate::model::{Effect, Slot};
+use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::rows::{JointRows, Scope, evaluate, normal_equations};
 use nalgebra::{DMatrix, DVector};
@@ -18,8 +19,7 @@ impl Others {
     /// Those of a model with values and standard deviations of the joints' residuals.
     pub fn of(problem: &Problem, effects: &[Effect], slots: &[Slot], values: &[f64], sd: &[f64]) -> Self {
         let rows = evaluate(problem, effects, slots, values, Scope::Training, true);
-        let flat: Vec<Slot> =
-            slots.iter().map(|slot| Slot { prior: [0.0, f64::INFINITY], ..slot.clone() }).collect();
+        let flat: Vec<Slot> = slots.iter().map(|slot| Slot { prior: Prior::Flat, ..slot.clone() }).collect();
         let own =
             |rows: &JointRows| normal_equations(std::slice::from_ref(rows), sd, &flat, values, &|_| true);
         Self { values: values.to_vec(), joints: rows.iter().map(own).collect() }

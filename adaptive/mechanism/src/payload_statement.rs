@@ -33,7 +33,7 @@ pub(crate) fn state_payloads(problem: &Problem, fit: &Fit, answer: &mut JointAns
         // Correlations hardly depend on how long residuals are correlated.
         let covariance = covariance(problem, fit, &vec![1.0; problem.joints.len()]);
         let (Some(quantities), Some(covariance)) = (quantities, covariance) else { continue };
-        let prior = [1, 2, 3].map(|i| fit.slots[slots[i]].prior[1]);
+        let prior = [1, 2, 3].map(|i| fit.slots[slots[i]].prior.sd());
         let correlation = [1, 2, 3].map(|i| {
             let [mass, place] = [slots[0], slots[i]];
             covariance[(mass, place)] / (covariance[(mass, mass)] * covariance[(place, place)]).sqrt()

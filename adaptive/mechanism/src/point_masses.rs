@@ -6,6 +6,7 @@
 
 use crate::fit::{Fit, moved};
 use crate::model::{Effect, Kind, slots};
+use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::rows::{Scope, evaluate, normal_equations};
 use nalgebra::{DMatrix, DVector};
@@ -69,8 +70,8 @@ impl System {
         let own = parent.slots.len();
         let all = slots(problem, &effects);
         let masses = all[own..].iter().filter(|slot| slot.name.ends_with(".mass"));
-        let precision = masses.clone().next()?.prior[1].powi(-2);
-        let flat = masses.map(|slot| crate::model::Slot { prior: [0.0, f64::INFINITY], ..slot.clone() });
+        let precision = masses.clone().next()?.prior.sd().powi(-2);
+        let flat = masses.map(|slot| crate::model::Slot { prior: Prior::Flat, ..slot.clone() });
         let kept: Vec<_> = parent.slots.iter().cloned().chain(flat).collect();
         let values: Vec<f64> = [&parent.values[..], &vec![0.0; kept.len() - own]].concat();
         let rows = evaluate(problem, &effects, &kept, &values, Scope::Training, true);

@@ -272,9 +272,9 @@ pub(crate) fn normal_equations(
         }
     }
     for (k, slot) in slots.iter().enumerate() {
-        let precision = slot.prior[1].powi(-2);
+        let (precision, slope) = slot.prior.normal_equation(values[k]);
         matrix[(k, k)] += precision;
-        right[k] -= precision * (values[k] - slot.prior[0]);
+        right[k] += slope;
     }
     (matrix, right)
 }

@@ -8,7 +8,7 @@ use crate::coupling::Coupling;
 use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
 use crate::figures::figures;
-use crate::fit::{Fit, fit};
+use crate::fit::{Fit, fit_timing};
 use crate::intervals::{Interval, are_defined, intervals};
 use crate::lack_of_fit::{LackOfFit, lack_of_fit};
 use crate::leftovers::is_leftover;
@@ -20,7 +20,6 @@ use crate::outcome::JointOutcome;
 use crate::problem::Problem;
 use crate::rest::with_rest;
 use crate::rivals::{alternatives, probability_of, single_ties, tied, weights};
-use crate::rows::Scope;
 use crate::search::Searcher;
 use crate::statement::statement;
 use crate::tried::{Found, Support, Tried};
@@ -145,14 +144,15 @@ fn given_values_suffice(problem: &Problem, base: &Tried, searcher: &Searcher<'_>
     if problem.axis.is_some() || problem.simulator.as_ref().is_some_and(|simulator| !simulator.is_given) {
         return None;
     }
-    let fixed = fit(problem, &[], None, Scope::Training, 0);
+    let fixed = fit_timing(problem);
+    let values = fixed.slots.iter().filter(|slot| !slot.is_timing()).count();
     let times = searcher.times(base);
     let cost = fixed.cost(&times) - base.fit.cost(&times);
     let ratio = (0..times.len())
         .filter(|j| fixed.samples[*j] > 0)
         .map(|j| (fixed.sd[j] / base.fit.sd[j]).powi(2))
         .fold(1.0, f64::max);
-    Some(cost <= max_given_cost(fixed.slots.len()) || ratio < MIN_MATERIAL_ERROR_RATIO)
+    Some(cost <= max_given_cost(values) || ratio < MIN_MATERIAL_ERROR_RATIO)
 }
 
 fn verdict(
@@ -205,7 +205,7 @@ fn answer(
         });
         let kind = best.fit.effects[k].kind;
         let chance = support.probability.min(probability_of(found, &weights, kind));
-        let explains = rise(problem, &simpler.fit, &best.fit);
+        let explains = reduction(problem, &simpler.fit, &best.fit);
         let probability = (limit.share * calibrated(chance)).min(limit.most).min(support.share());
         missing.push(reported(problem, &best.fit, &spread, k, probability, explains));
     }
@@ -275,8 +275,9 @@ fn before_after(problem: &Problem, before: &Fit, after: &Fit, held_out: bool) ->
     Some(JointBeforeAfter { before, after })
 }
 
-/// Share by which the held-out misfit of efforts rises without an effect; on training episodes if none are held out.
-fn rise(problem: &Problem, simpler: &Fit, best: &Fit) -> Option<f64> {
+/// Share by which an effect reduces the held-out misfit of efforts, negative if it increases it; on training episodes if none
+/// are held out.
+fn reduction(problem: &Problem, simpler: &Fit, best: &Fit) -> Option<f64> {
     let misfit = |fit: &Fit| {
         let found = figures(problem, fit, true).or_else(|| figures(problem, fit, false))?;
         let part = |(name, figures): (&String, &crate::figures::JointFigures)| {
@@ -286,7 +287,7 @@ fn rise(problem: &Problem, simpler: &Fit, best: &Fit) -> Option<f64> {
         Some(found.joints.iter().filter_map(part).sum::<f64>())
     };
     let (without, with) = (misfit(simpler)?, misfit(best)?);
-    (without > 0.0).then(|| (1.0 - with / without).max(0.0))
+    (without > 0.0).then(|| 1.0 - with / without)
 }
 
 fn reported(
@@ -334,7 +335,7 @@ fn immaterial(problem: &Problem, searcher: &Searcher<'_>, found: &Found, best: &
         let is_small = !support.is_material() || is_leftover(searcher.share_limit(&found.base, best, tried));
         if support.is_certain() && is_small && are_defined(problem, &tried.fit, &times) {
             let spread = intervals(problem, &tried.fit, &times);
-            let explains = rise(problem, &best.fit, &tried.fit);
+            let explains = reduction(problem, &best.fit, &tried.fit);
             let effect = reported(problem, &tried.fit, &spread, k, calibrated(support.probability), explains);
             all.push((support.error_ratio, tried.fit.effects[k].kind.joint(), effect));
         }
