@@ -13,6 +13,7 @@ from trundle.report.decimate import envelope, simplify
 from trundle.report.figures.canvas import ticks
 from trundle.report.quantity import format_estimate, format_quantity, format_significant
 from trundle.report.svg import Markup, tag
+from trundle.report.wording import explained_by_effect
 
 
 def test_envelope_keeps_a_single_spike_and_the_order_of_time() -> None:
@@ -106,3 +107,11 @@ def test_symmetric_axes_have_more_than_a_zero() -> None:
 def test_markup_escapes_text_but_not_markup() -> None:
     drawn = tag("text", "<b>", Markup("<tspan></tspan>"), None, class_='"', x=1.0)
     assert drawn == '<text class="&#34;" x="1">&lt;b&gt;<tspan></tspan></text>'
+
+
+def test_an_effect_that_increases_the_held_out_misfit_is_not_said_to_explain_it() -> None:
+    share, text = explained_by_effect(0.87) or ("", "")
+    assert share.startswith("87") and text.startswith("of the misfit")
+    share, text = explained_by_effect(-0.4) or ("", "")
+    assert share.startswith("40") and text.startswith("larger misfit")
+    assert explained_by_effect(None) is None

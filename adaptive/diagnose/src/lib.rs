@@ -60,4 +60,4 @@ pub use thresholds::{
     MAX_RESIDUAL_GAIN_SHARE, MAX_TIE_DIFFERENCE_NATS, MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO,
     NEGLIGIBLE_SHARE, max_given_cost,
 };
-pub use warnings::{ErrorMetric, unlike_training, worse_metrics};
+pub use warnings::{ErrorMetric, harmful_effect, unlike_training, worse_metrics};

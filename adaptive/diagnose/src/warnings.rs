@@ -1,6 +1,6 @@
 //! Warnings about a diagnosis. Held-out episodes are scored here for the last time and change no verdict.
 
-use crate::answer::{MissingEffect, Verdict};
+use crate::answer::Verdict;
 use crate::engine::Engine;
 use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::LackOfFit;
@@ -88,18 +88,16 @@ pub fn unlike_training(episode: &str, metric: &str, error: f64, largest: f64, ca
     })
 }
 
-/// Warnings about named effects without which held-out episodes are predicted better.
-pub(crate) fn harmful_effects(missing: &[MissingEffect]) -> Vec<String> {
-    let harmful = |effect: &MissingEffect| {
-        let explains = effect.explains.filter(|share| *share < 1.0 - MIN_WORSE_RATIO)?;
-        Some(format!(
-            "{} makes predictions of held-out episodes worse: their misfit is {:.2} times that of a refit without it; \
-             the true law may be a similar one outside the catalogue",
-            effect.effect,
-            1.0 - explains
-        ))
-    };
-    missing.iter().filter_map(harmful).collect()
+/// A warning about a named effect without which held-out episodes are predicted better. `explains` is the share of their
+/// misfit by which the effect reduces it.
+#[must_use]
+pub fn harmful_effect(name: &str, explains: Option<f64>) -> Option<String> {
+    let explains = explains.filter(|share| *share < 1.0 - MIN_WORSE_RATIO)?;
+    Some(format!(
+        "{name} makes predictions of held-out episodes worse: their misfit is {:.2} times that of a refit without it; \
+         the true law may be a similar one outside the catalogue",
+        1.0 - explains
+    ))
 }
 
 /// A warning about a consistent verdict although the lack of fit of the nominal model is significant. The verdict neglects
@@ -230,17 +228,10 @@ mod tests {
 
     #[test]
     fn an_effect_that_harms_held_out_predictions_is_reported() {
-        let of = |explains| MissingEffect {
-            effect: "coulomb_friction".to_owned(),
-            probability: 0.97,
-            statement: String::new(),
-            parameters: std::collections::BTreeMap::new(),
-            place: None,
-            explains,
-        };
-        let found = harmful_effects(&[of(Some(-1.7)), of(Some(0.8)), of(Some(-0.02)), of(None)]);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].contains("coulomb_friction") && found[0].contains("2.70 times"), "{found:?}");
+        let of = |explains| harmful_effect("coulomb_friction", explains);
+        let found = of(Some(-1.7)).unwrap();
+        assert!(found.contains("coulomb_friction") && found.contains("2.70 times"), "{found}");
+        assert!([Some(0.8), Some(-0.02), None].into_iter().all(|explains| of(explains).is_none()));
     }
 
     #[test]

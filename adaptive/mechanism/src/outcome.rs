@@ -9,7 +9,7 @@ use crate::payload_statement::state_payloads;
 use crate::problem::Problem;
 use crate::warnings::held_out_warnings;
 use std::collections::BTreeMap;
-use trundle_diagnose::ErrorMetric;
+use trundle_diagnose::{ErrorMetric, harmful_effect};
 
 /// Results of a diagnosis of joints.
 #[derive(Clone, Debug)]
@@ -38,7 +38,12 @@ impl JointOutcome {
     /// Warnings about held-out episodes; `metrics` are their errors before and after, of positions and efforts.
     #[must_use]
     pub fn held_out_warnings(&self, metrics: &[ErrorMetric]) -> Vec<String> {
-        held_out_warnings(&self.errors, metrics)
+        let mut found = held_out_warnings(&self.errors, metrics);
+        if !self.predictions.is_empty() {
+            let named = self.answer.missing.iter();
+            found.extend(named.filter_map(|effect| harmful_effect(&effect.effect, effect.explains)));
+        }
+        found
     }
 }
 

@@ -132,7 +132,13 @@ impl Unit {
                     "1/m"
                 }
             }
-            (Self::PerLoad, PerInertia) => "1/s² per unit of load",
+            (Self::PerLoad, PerInertia) => {
+                if is_hinge {
+                    "rad/s² per unit of load"
+                } else {
+                    "m/s² per unit of load"
+                }
+            }
             (Self::Effort, TargetError) => {
                 if is_hinge {
                     "rad"
@@ -150,7 +156,13 @@ impl Unit {
                     "s²/m"
                 }
             }
-            (Self::PerLoad, TargetError) => "target error per unit of load",
+            (Self::PerLoad, TargetError) => {
+                if is_hinge {
+                    "rad per unit of load"
+                } else {
+                    "m per unit of load"
+                }
+            }
             (Self::Effort, Recorded) => "recorded unit",
             (Self::Damping, Recorded) => "recorded unit per velocity",
             (Self::Stiffness, Recorded) => "recorded unit per position",

@@ -19,7 +19,7 @@ from trundle.report.figures.canvas import Figure
 from trundle.report.jinja import render_template
 from trundle.report.parameter import format_parameter
 from trundle.report.quantity import format_significant, join_words
-from trundle.report.wording import capitalise, format_percent, format_share
+from trundle.report.wording import capitalise, explained_by_effect, format_percent, format_share
 
 __all__ = ["render_joints"]
 
@@ -95,7 +95,7 @@ def _effect(entry: Mapping[str, Any]) -> dict[str, Any]:
         "kind": entry["effect"],
         "statement": entry["statement"],
         "probability": format_share(entry["probability"]),
-        "explains": "" if entry["explains"] is None else format_percent(entry["explains"]),
+        "explains": explained_by_effect(entry["explains"]),
         "parameters": [
             (name.replace("_", " "), [format_parameter(value)]) for name, value in entry["parameters"].items()
         ],

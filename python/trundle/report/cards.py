@@ -31,7 +31,7 @@ def _card(effect: Mapping[str, Any], place: Place, tied: Sequence[str]) -> dict[
         "kind": str(effect.get("effect")),
         "tied": wording.effect_names(tied, "or"),
         "probability": wording.format_share(effect.get("probability")),
-        "explains": wording.format_share(effect.get("explains")),
+        "explains": wording.explained_by_effect(effect.get("explains")),
         "parameters": tables.effect_parameters(parameters),
         "locations": location_sentences_not_in_statement(place, statement),
     }

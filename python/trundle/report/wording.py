@@ -114,6 +114,19 @@ def format_share(value: object) -> str:
     return "" if share is None else format_percent(share)
 
 
+def explained_by_effect(value: object) -> tuple[str, str] | None:
+    """Return the share of the held-out misfit that an effect explains, and the rest of the sentence.
+
+    `explains` of diagnosis.json is negative if the effect increases the misfit. None if it is absent.
+    """
+    share = finite(value)
+    if share is None:
+        return None
+    if share < 0.0:
+        return format_percent(-share), "larger misfit on held-out data with this effect"
+    return format_percent(share), "of the misfit on held-out data is explained by this effect"
+
+
 def probability_of(entry: Mapping[str, Any]) -> float | None:
     """Return the probability of an entry of diagnosis.json; None if it has none."""
     return finite(entry.get("probability"))
