@@ -9,7 +9,7 @@ from trundle._native import JointRecording, Recording, TrundleError, read
 from trundle.findings import Finding, Findings
 from trundle.inspection import check
 
-__all__ = ["has_joints", "held_out_findings", "name_of", "require_usable"]
+__all__ = ["held_out_findings", "name_of", "require_usable"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
@@ -17,11 +17,6 @@ PathLike: TypeAlias = "str | os.PathLike[str]"
 def name_of(recording: Recording | JointRecording | PathLike) -> str:
     """Return the name of a recording, or its path, for messages."""
     return recording.name if isinstance(recording, Recording | JointRecording) else os.fspath(recording)
-
-
-def has_joints(recording: Recording | JointRecording | PathLike) -> bool:
-    """Whether a recording is one of joints (``trundle-recording/2``); a path is read."""
-    return isinstance(_opened(recording), JointRecording)
 
 
 def require_usable(recording: Recording | JointRecording | PathLike) -> list[str]:
@@ -61,10 +56,11 @@ def held_out_findings(recording: Recording | JointRecording | PathLike) -> Findi
     if data.metadata.get("split", {}).get("held_out"):
         return Findings()
     names = list(data)
+    motions = "motions" if isinstance(data, JointRecording) else "pushes"
     remedy = f'add [split] held_out = ["{names[-1]}"] to recording.toml'
     if len(names) == 1:
-        remedy = f"record more pushes, and {remedy.replace(names[-1], 'NAME')}"
-    sentence = "no episode is held out, so the error of a model on new pushes is not measured"
+        remedy = f"record more {motions}, and {remedy.replace(names[-1], 'NAME')}"
+    sentence = f"no episode is held out, so the error of a model on new {motions} is not measured"
     return Findings([Finding("held_out", "warning", sentence, remedy)])
 
 

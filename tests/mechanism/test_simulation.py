@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -133,7 +135,10 @@ def test_a_follower_follows_in_the_simulation() -> None:
     assert abs(q[-1, 3] - q[0, 3]) > 1e-3
 
 
-def test_divergence_is_marked() -> None:
+def test_divergence_is_marked_without_messages_and_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
     mechanism = Mechanism.load(CART, ["rail"])
 
     def explosive(t: float, q: Floats, v: Floats, load: Floats) -> tuple[Floats, Floats, Floats]:
@@ -146,6 +151,8 @@ def test_divergence_is_marked() -> None:
     assert ended[-1]
     assert (np.diff(ended.astype(int)) >= 0).all()
     np.testing.assert_array_equal(np.isnan(v), np.isnan(q))
+    assert capfd.readouterr() == ("", "")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_refusals() -> None:

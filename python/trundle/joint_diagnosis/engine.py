@@ -11,7 +11,13 @@ from trundle._native import JointRecording, TrundleError
 from trundle._types import JointAnswer, JointMotion
 from trundle.black_box import Parameters, parse_parameters
 from trundle.input_checks import require_usable
-from trundle.joint_diagnosis.held_out import Path, axis_paths, fill_position_figures, mechanism_paths
+from trundle.joint_diagnosis.held_out import (
+    Path,
+    axis_paths,
+    fill_position_figures,
+    mechanism_paths,
+    position_spans,
+)
 from trundle.joint_diagnosis.log import import_command, is_log, undriven_warnings
 from trundle.joint_diagnosis.mechanisms import load_mechanisms
 from trundle.joint_diagnosis.model_file import build_model
@@ -69,7 +75,8 @@ def diagnose_joints(
         answer = outcome.answer
         paths = _predictions(recording, motion, under_test, outcome, answer)
         own = under_test.warnings if under_test else []
-        unseen = outcome.held_out_warnings(_held_out_metrics(answer, joint_kinds(recording, under_test)))
+        kinds = joint_kinds(recording, under_test)
+        unseen = outcome.held_out_warnings(_held_out_metrics(answer, kinds, position_spans(recording)))
         answer["warnings"] = [*warnings, *own, *answer["warnings"], *unseen]
         if not answer["missing"]:
             answer["residual"]["explained"] = None
@@ -110,9 +117,13 @@ def _input_warnings(
 
 
 def _held_out_metrics(
-    answer: JointAnswer, kinds: Mapping[str, str]
+    answer: JointAnswer, kinds: Mapping[str, str], spans: Mapping[str, float]
 ) -> list[tuple[str, str, float | None, float | None]]:
-    """Return the errors of each joint in held-out episodes: name, unit, before and after."""
+    """Return the errors of each joint in held-out episodes: name, unit, before and after.
+
+    An error in open loop beyond the joint's range of positions, `spans`, is left out: the simulation has lost
+    the recorded motion, and a larger error says no more than a smaller one.
+    """
     pair = answer["fit"]["held_out"]
     if not pair:
         return []
@@ -122,6 +133,8 @@ def _held_out_metrics(
         position = "rad" if kinds[joint] == "hinge" else "m"
         effort = answer["residual"]["effort_unit"][joint]
         for (key, text), unit in zip(HELD_OUT_METRICS, (position, position, effort), strict=True):
+            if key == "position_rmse" and (before[key] or 0.0) > spans[joint]:
+                continue
             found.append((f"{text} of joint {joint}", unit, before[key], after[key]))
     return found
 

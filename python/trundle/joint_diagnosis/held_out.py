@@ -145,7 +145,7 @@ def fill_position_figures(answer: JointAnswer, recording: JointRecording, paths:
     if not pair or not paths:
         return
     joints = recording.joints
-    spans = _spans(recording)
+    spans = np.array(list(position_spans(recording).values()))
     for side in ("before", "after"):
         whole = [_difference(getattr(path, side), path.observed) for path in paths.values()]
         windows = [path.window_errors[side] for path in paths.values()]
@@ -168,15 +168,15 @@ def _difference(simulated: Floats | None, observed: Floats) -> Floats | None:
     return None if simulated is None else simulated - observed
 
 
-def _spans(recording: JointRecording) -> Floats:
-    """Return the range of each joint's training positions; infinite if it is within the noise."""
-    found = []
+def position_spans(recording: JointRecording) -> dict[str, float]:
+    """Return the range of each joint's training positions, rad or m; infinite if it is within the noise."""
+    found = {}
     for joint in recording.joints:
         values = [one.stream("q", joint)[1] for one in recording.values() if not one.held_out]
         span = np.ptp(np.concatenate(values)) if values else np.inf
         sd = setting(recording.metadata, "", "noise", "position", joint, 0.0)
-        found.append(span if span > MIN_RANGE_SDS * sd and span > 0 else np.inf)
-    return np.array(found)
+        found[joint] = float(span) if span > MIN_RANGE_SDS * sd and span > 0 else np.inf
+    return found
 
 
 def largest_commands(recording: JointRecording, motion: JointMotion) -> Floats:

@@ -72,7 +72,9 @@ def open_log(
     if isinstance(recording, str | os.PathLike) and is_log(recording):
         return read_log(recording, mjcf)
     if mjcf is not None:
-        raise TrundleError("mjcf: names the joints of a CSV log; remove it for a recording")
+        raise TrundleError(
+            "mjcf: applies to CSV logs only; remove it, because a recording names its model in recording.toml"
+        )
     return None
 
 

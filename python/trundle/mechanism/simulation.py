@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trundle._native import TrundleError
 from trundle.mechanism.drives import Drive
-from trundle.mechanism.source import import_mujoco
+from trundle.mechanism.source import import_mujoco, silent_mujoco
 from trundle.mechanism.transmissions import SplitModel, Transmission, split_model
 
 if TYPE_CHECKING:
@@ -123,7 +123,8 @@ def simulate(
         raise TrundleError(f"q0, v0: shapes {q.shape} and {v.shape}; give {n} values, one for each joint")
     longest = min(mechanism.compiled.opt.timestep, MAX_STEP_S) if step is None else step
     split = split or split_model(mechanism, ())
-    return _Simulation(mechanism, split, times[0], q, v, drive, laws, known, longest).run(times, longest)
+    with silent_mujoco():
+        return _Simulation(mechanism, split, times[0], q, v, drive, laws, known, longest).run(times, longest)
 
 
 class _Simulation:

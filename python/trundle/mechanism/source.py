@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from trundle._native import TrundleError
 from trundle._optional import require
 
-__all__ = ["compile_model", "import_mujoco", "joint_names", "read_specification"]
+__all__ = ["compile_model", "import_mujoco", "joint_names", "read_specification", "silent_mujoco"]
 
 MIN_VERSION = (3, 14)
 
@@ -30,6 +32,21 @@ def import_mujoco() -> Any:
             "pip install --upgrade mujoco"
         )
     return mujoco
+
+
+@contextmanager
+def silent_mujoco() -> Iterator[None]:
+    """Suppress MuJoCo's warnings, which it prints and appends to MUJOCO_LOG.TXT in the current folder.
+
+    A simulation that diverges returns NaN, which tells the caller enough.
+    """
+    mujoco = import_mujoco()
+    previous = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(previous)
 
 
 def read_specification(source: str | os.PathLike[str]) -> tuple[Any, str]:

@@ -210,9 +210,7 @@ def format_answer(answer: Mapping[str, Any], folder: Path) -> list[str]:
         for effect in answer.get("immaterial", [])
     ]
     found += [f"  indistinguishable: {', '.join(names)}" for names in answer["tied"]]
-    pair = answer["fit"]["held_out"]
-    metrics = [format_metric(pair, key, text) for key, text in METRICS.items()] if pair else []
-    found += [f"  held out, {text}" for text in metrics if text]
+    found += format_held_out(answer["fit"]["held_out"], METRICS)
     return [*found, f"  report: {folder / 'report.html'}"]
 
 
@@ -230,16 +228,14 @@ def format_joint_answer(answer: JointAnswer, folder: Path) -> list[str]:
         name = ":".join([effect["effect"], *(effect["where"] or {}).values()])
         found.append(f"  detectable but immaterial, not corrected: {name}")
     found += [f"  indistinguishable: {', '.join(names)}" for names in answer["tied"]]
-    pair = answer["fit"]["held_out"]
-    metrics = [format_metric(pair, key, text) for key, text in JOINT_METRICS.items()] if pair else []
-    found += [f"  held out, {text}" for text in metrics if text]
+    found += format_held_out(answer["fit"]["held_out"], JOINT_METRICS)
     return [*found, f"  report: {folder / 'report.html'}"]
 
 
 JOINT_METRICS = {
-    "relative_position_rmse": "position, open loop: {before:.4f} -> {after:.4f} of the range",
-    "relative_window_rmse": "position, one second ahead: {before:.5f} -> {after:.5f} of the range",
-    "relative_effort_rmse": "required minus recorded effort: {before:.4f} -> {after:.4f} of the range",
+    "relative_position_rmse": "position, open loop, share of the range: {before:.4f} -> {after:.4f}",
+    "relative_window_rmse": "position, one second ahead, share of the range: {before:.5f} -> {after:.5f}",
+    "relative_effort_rmse": "required minus recorded effort, share of the range: {before:.4f} -> {after:.4f}",
 }
 """Metrics of mechanisms on held-out data: key of diagnosis.json, format."""
 METRICS = {
@@ -249,6 +245,16 @@ METRICS = {
     "torque_rmse": "required minus recorded torque: {before:.4f} -> {after:.4f} N·m",
 }
 """Metrics on held-out data: key of diagnosis.json, format."""
+
+
+def format_held_out(pair: Any, metrics: Mapping[str, str]) -> list[str]:
+    """Return a line for each metric on held-out data, or one that says that there are none."""
+    if not pair:
+        return [
+            "  no episode is held out: add [split] held_out to recording.toml to measure errors on new data"
+        ]
+    lines = [format_metric(pair, key, text) for key, text in metrics.items()]
+    return [f"  held out, {line}" for line in lines if line]
 
 
 def format_metric(pair: dict[str, dict[str, float | None]], key: str, text: str) -> str:
