@@ -241,9 +241,9 @@ def diagnose(
                     "mechanism as `mjcf`, or your simulator as `step`"
                 )
             if step is not None and mjcf is not None:
-                raise TrundleError("step: is the simulation under test; remove `mjcf`")
+                raise TrundleError("step, mjcf: only one simulation can be tested; give one of them")
             if step is None and (parameters is not None or vectorized):
-                raise TrundleError("parameters, vectorized: need `step`")
+                raise TrundleError("parameters, vectorized: need `step`; give it too, or remove them")
             from trundle.joint_design import design_alternatives  # takes long to import
 
             return diagnose_joints(

@@ -22,7 +22,7 @@ WORDS = {
     "wrong sign": "the force appears to act in the wrong direction",
     "exchanged axes": "force_x and force_y appear swapped",
     "sensor turned by a quarter": "the force axes appear rotated",
-    "another epoch": "never overlap",
+    "another epoch": "do not overlap",
     "never moves": "the object hardly moves",
     "no force": "no force exceeds the noise",
 }

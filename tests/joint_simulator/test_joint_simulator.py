@@ -200,7 +200,7 @@ def test_a_simulator_that_is_no_mechanism_is_refused(
 
 def test_arguments_that_exclude_each_other(rubbing: trundle.JointRecording, tmp_path: Path) -> None:
     for options, words in (
-        ({"mjcf": tmp_path / "a.xml", "step": arm.step}, "remove `mjcf`"),
+        ({"mjcf": tmp_path / "a.xml", "step": arm.step}, "only one simulation"),
         ({"parameters": arm.VALUES}, "need `step`"),
         ({"vectorized": True}, "need `step`"),
         ({}, "give a simulator as `step`"),

@@ -102,7 +102,7 @@ def test_check_refuses_a_model_of_a_recording_and_a_log_of_other_joints(
 ) -> None:
     log, model = logged(tmp_path, lambda _: None)
     recording = arm_recording(0.0)
-    with pytest.raises(trundle.TrundleError, match="mjcf: names the joints of a CSV log"):
+    with pytest.raises(trundle.TrundleError, match="mjcf: applies to CSV logs only"):
         trundle.check(recording, mjcf=model)
     other = tmp_path / "other.xml"
     other.write_text(NOMINAL.replace('"elbow"', '"knee"'))

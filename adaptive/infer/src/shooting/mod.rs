@@ -117,13 +117,6 @@ impl<'a> Shooting<'a> {
         Self { sigma: Sigma::Known(scatter), ..self }
     }
 
-    /// The same with a log-normal prior of σ: its median, and the standard deviation `spread` of its
-    /// logarithm.
-    #[must_use]
-    pub fn with_scatter_about(self, median: Scatter, spread: f64) -> Self {
-        Self { sigma: Sigma::Unknown { median, spread }, ..self }
-    }
-
     /// The same simulated by `stepper`, with derivatives by central differences.
     #[must_use]
     pub fn simulated_by(self, stepper: &'a dyn Stepper) -> Self {

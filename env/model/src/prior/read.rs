@@ -44,9 +44,12 @@ impl PriorFile {
 
 fn entry(slot: &str, value: &Value) -> Result<Entry, String> {
     let Value::Table(table) = value else {
-        return Err(format!(
-            "is {value}, not a prior: write {{ distribution = \"fixed\", value = {value} }} to fix it"
-        ));
+        return Err(match value {
+            Value::Integer(_) | Value::Float(_) => format!(
+                "is {value}, not a prior: write {{ distribution = \"fixed\", value = {value} }} to hold it constant"
+            ),
+            _ => format!("is {value}, not a prior: give a table with `distribution`"),
+        });
     };
     let per_episode = match table.get("scope").map(|scope| (scope.as_str(), scope)) {
         None | Some((Some("all"), _)) => false,

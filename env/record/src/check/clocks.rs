@@ -150,12 +150,16 @@ fn clock_jumps(input: &CheckInput, lag: &Lag) -> Vec<(f64, Finding)> {
         let words = if jump.window > 0 {
             let share = jump.window as f64 / WINDOWS_PER_EPISODE as f64;
             format!(
-                "the wrench clock jumps by {:.0} ms after about {:.0} % of the push",
+                "the wrench clock jumps by {:+.0} ms after about {:.0} % of the push",
                 1e3 * size,
                 100.0 * share
             )
         } else {
-            format!("the wrench clock runs {:.0} ms later than in the other episodes", 1e3 * size)
+            let direction = if size > 0.0 { "late" } else { "early" };
+            format!(
+                "the wrench clock is {:.0} ms {direction} relative to the other episodes",
+                1e3 * size.abs()
+            )
         };
         let remedy = "correct t of the wrench rows of the episode, or remove the episode";
         Some((
@@ -244,7 +248,7 @@ fn disjoint(episode: &EpisodeData) -> Option<Finding> {
         return None;
     }
     let sentence = format!(
-        "the poses cover {first:.2} to {last:.2} s and the wrench {begin:.2} to {end:.2} s: they never overlap"
+        "the poses cover {first:.2} to {last:.2} s and the wrench {begin:.2} to {end:.2} s: they do not overlap"
     );
     let remedy = "give both streams the same time origin and unit (seconds)";
     Some(Finding::new("clocks", Severity::Error, sentence, remedy).in_episode(episode.name()))

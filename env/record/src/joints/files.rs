@@ -145,12 +145,14 @@ fn read_inside(folder: &Path, path: &str) -> Result<Vec<u8>, Fault> {
             remedy: "copy the document there",
         });
     }
-    if !found.is_file() || found.len() > MAX_DOCUMENT_BYTES {
-        return Err(Fault::Value {
-            value: format!("{path:?}"),
-            problem: "is not a document of a model: a file of at most 64 MiB",
-            remedy: "give the path of an MJCF or URDF document",
-        });
-    }
-    fs::read(&file).map_err(io)
+    let problem = match (found.is_file(), found.len() > MAX_DOCUMENT_BYTES) {
+        (true, false) => return fs::read(&file).map_err(io),
+        (false, _) => "is no file",
+        (true, true) => "is larger than 64 MiB",
+    };
+    Err(Fault::Value {
+        value: format!("{path:?}"),
+        problem,
+        remedy: "give the path of an MJCF or URDF document",
+    })
 }

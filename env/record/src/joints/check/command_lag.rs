@@ -10,9 +10,9 @@ use crate::check::{Finding, Severity};
 const MAX_DELAY_S: f64 = 0.25;
 /// Largest misfit at the best delay: above, something else than a delay is missing.
 const MAX_UNEXPLAINED: f64 = 0.3;
-/// Smallest factor by which the delay reduces the misfit. Friction and play, which the regression describes coarsely,
+/// Smallest factor by which the delay reduces the misfit. Friction, play and loads, which the regression describes coarsely,
 /// mimic delays that reduce it by less.
-const MIN_GAIN: f64 = 1.3;
+const MIN_GAIN: f64 = 2.0;
 /// Smallest delay in its standard deviations. In simulated clean recordings noise and friction mimic up to 14.
 const MIN_SD: f64 = 15.0;
 /// Smallest delay in steps of the positions: a sample-and-hold shifts it by half a step.

@@ -58,7 +58,8 @@ pub(super) fn excitation(input: &Input) -> Vec<Finding> {
         let speed = |share| quantile(moving.iter().map(|v| v.abs()), share).unwrap_or(0.0);
         let (low, high) = (speed(0.1), speed(0.9));
         if high < MIN_SPEED_RATIO * low {
-            let sentence = format!("{joint} moves at one speed only, {low:.3} to {high:.3} per second");
+            let sentence =
+                format!("{joint} moves at one speed only, {low:.3} to {high:.3} rad/s (slide: m/s)");
             push(
                 &mut one_speed,
                 sentence,
