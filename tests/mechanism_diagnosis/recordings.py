@@ -36,8 +36,11 @@ def targets(t: Floats, seed: int) -> Floats:
     return found
 
 
-def log_of(model_text: str, seed: int, duration: float = DURATION) -> dict[str, Floats]:
-    """Return the columns of a log of an arm under control of positions, with recorded efforts."""
+def log_of(model_text: str, seed: int, duration: float = DURATION, delay_steps: int = 0) -> dict[str, Floats]:
+    """Return the columns of a log of an arm under control of positions, with recorded efforts.
+
+    The efforts are those of `delay_steps` steps of the simulation later than their time.
+    """
     model = mujoco.MjModel.from_xml_string(model_text)
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
     t = np.arange(0, duration, STEP)
@@ -51,7 +54,7 @@ def log_of(model_text: str, seed: int, duration: float = DURATION) -> dict[str, 
         mujoco.mj_step(model, data)
     rows = slice(None, None, RATE_STEPS)
     q = q[rows] + rng.normal(0, 5e-5, q[rows].shape)
-    effort = effort[rows] + rng.normal(0, 0.02, effort[rows].shape)
+    effort = np.roll(effort, -delay_steps, axis=0)[rows] + rng.normal(0, 0.02, q.shape)
     names = ("shoulder", "elbow")
     columns = {"t": t[rows]}
     columns |= {f"q_{joint}": q[:, k] for k, joint in enumerate(names)}

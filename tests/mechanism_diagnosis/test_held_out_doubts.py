@@ -42,6 +42,15 @@ def test_errors_of_positions_that_rise_are_reported(monkeypatch: pytest.MonkeyPa
     assert "elbow" not in warning
 
 
+def test_a_timing_within_a_sample_alone_is_no_wrong_value() -> None:
+    recording = arm_recording(0.0)
+    late = {name: log_of(NOMINAL, seed, delay_steps=2) for seed, name in enumerate(recording)}
+    diagnosis = trundle.diagnose(trundle.JointRecording(recording.metadata, late, recording.files))
+    timings = [diagnosis.answer["nominal"]["after"][f"timing:{joint}"]["mean"] for joint in recording.joints]
+    assert timings[0] == pytest.approx(0.002, abs=3e-4)
+    assert diagnosis.verdict == "consistent"
+
+
 def stepped(t: np.ndarray) -> np.ndarray:
     """Return positions that follow steps within some 60 ms."""
     targets = np.where((t // 0.7) % 2 == 0, 0.3, -0.3)
