@@ -19,7 +19,7 @@ use crate::series::{self, Series};
 use crate::thresholds::max_given_cost;
 use crate::units;
 use crate::verdict::{right_law_probability, verdict_of};
-use crate::warnings::{harmful_effect, neglected_lack_of_fit, warnings};
+use crate::warnings::{doubted_laws, harmful_effect, neglected_lack_of_fit, warnings};
 use std::collections::{BTreeMap, BTreeSet};
 use trundle_infer::{Fit, InferError, Watch, unscored_time};
 use trundle_model::{Model, Scales};
@@ -247,6 +247,7 @@ fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<
     if !data.held_out.is_empty() {
         doubts.extend(missing.iter().filter_map(|effect| harmful_effect(&effect.effect, effect.explains)));
     }
+    doubts.extend(doubted_laws(verdict, law_probability));
     let unseen = error_metrics.held_out.as_ref().map(|pair| &pair.after);
     doubts.extend(neglected_lack_of_fit(verdict, found.before, engine.observations(), unseen));
     let competing = competing_models(engine, (&found, &probabilities), best, designing, watch)?;

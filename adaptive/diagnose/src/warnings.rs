@@ -7,6 +7,9 @@ use crate::lack_of_fit::LackOfFit;
 use trundle_infer::{InferError, Score};
 use trundle_record::Prepared;
 
+/// Probability from which a name counts as sure, as in the blind benchmarks.
+const SURE_PROBABILITY: f64 = 0.9;
+
 /// Ratio of a held-out episode's error one second ahead to the largest error of a fitted one, above which it
 /// counts as unlike the fitted ones. With six fitted episodes of one distribution and a standard deviation of
 /// 0.4 of the error's logarithm, fewer than one episode in a hundred exceeds it.
@@ -98,6 +101,17 @@ pub fn harmful_effect(name: &str, explains: Option<f64>) -> Option<String> {
          the true law may be a similar one outside the catalogue",
         1.0 - explains
     ))
+}
+
+/// A warning about named laws whose lack of fit makes a similar law outside the catalogue likely. `probability` is that of
+/// the named laws being the right ones.
+pub(crate) fn doubted_laws(verdict: Verdict, probability: f64) -> Option<String> {
+    (verdict == Verdict::Explained && probability < SURE_PROBABILITY).then(|| {
+        format!(
+            "the named effects leave a residual above the noise, which multiplies their probabilities by {probability:.2}: \
+             the true law may be a similar one outside the catalogue, or the stated noise is too small"
+        )
+    })
 }
 
 /// A warning about a consistent verdict although the lack of fit of the nominal model is significant. The verdict neglects
@@ -232,6 +246,14 @@ mod tests {
         let found = of(Some(-1.7)).unwrap();
         assert!(found.contains("coulomb_friction") && found.contains("2.70 times"), "{found}");
         assert!([Some(0.8), Some(-0.02), None].into_iter().all(|explains| of(explains).is_none()));
+    }
+
+    #[test]
+    fn a_residual_that_makes_the_named_law_doubtful_is_reported() {
+        let found = doubted_laws(Verdict::Explained, 0.474).unwrap();
+        assert!(found.contains("probabilities by 0.47"), "{found}");
+        assert_eq!(doubted_laws(Verdict::Explained, 0.97), None);
+        assert_eq!(doubted_laws(Verdict::Unexplained, 0.4), None);
     }
 
     #[test]
