@@ -1,14 +1,12 @@
 //! Summary of a fit.
 
 use serde::Serialize;
+use trundle_infer::INTERVAL_COVERAGE;
 use trundle_infer::{Basis, Channels, Estimate, Score};
 use trundle_record::Dataset;
 
 use crate::checked_fit::{CheckedFit, LackOfFitSummary};
 use crate::identifiability::IdentifiabilitySummary;
-
-/// Probability of the intervals.
-const COVERAGE: f64 = 0.9;
 
 /// Summary of a fit, as documented in `docs/estimation.md`.
 #[derive(Clone, Debug, Serialize)]
@@ -94,7 +92,7 @@ impl From<Basis> for IntervalSummary {
             Basis::Curvature => ("curvature", None),
             Basis::Sandwich(episodes) => ("sandwich", Some(episodes)),
         };
-        Self { coverage: COVERAGE, basis, episodes }
+        Self { coverage: INTERVAL_COVERAGE, basis, episodes }
     }
 }
 

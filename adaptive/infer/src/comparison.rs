@@ -3,6 +3,7 @@
 use crate::likelihood::{Evaluation, Likelihood, Linearised};
 use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
 use trundle_model::Model;
+use trundle_record::MAX_QUASI_STATIC_SHARE;
 use trundle_record::{Dataset, InertialShare, MIN_POSES_FOR_MOTION, Prepared};
 
 /// One of the two comparisons.
@@ -100,11 +101,6 @@ impl Comparison {
         }
     }
 }
-
-/// Maximum share of inertia in the force's sum of squares for a quasi-static recording. Without inertia, the
-/// wrench is then wrong by less than a tenth of the force (root mean square), which is the variation of
-/// friction over a floor.
-pub const MAX_QUASI_STATIC_SHARE: f64 = 0.01;
 
 /// Whether a recording's training episodes are quasi-static: the inertial share of the force plus two
 /// standard deviations is below [`MAX_QUASI_STATIC_SHARE`], or the episodes have too few poses.

@@ -55,7 +55,7 @@ pub use baseline::{
     Transition, hold, noisy, r2, r2_of, transitions, transitions_of,
 };
 pub use body_regression::{BodyRegression, StepNoise};
-pub use comparison::{Comparison, MAX_QUASI_STATIC_SHARE, is_quasi_static};
+pub use comparison::{Comparison, is_quasi_static};
 pub use coordinates::{Coordinates, IDENTIFIED_SD, PriorConflict};
 pub use error::InferError;
 pub use error_metrics::{ErrorMetrics, Score};
@@ -75,8 +75,8 @@ pub use profile::{Profile, Shape, profile};
 pub use progress::{Progress, Stage};
 pub use quasi_static::WrenchLikelihood;
 pub use readings::Readings;
-pub use rollout::{Window, open_loop, windows};
-pub use sandwich::Basis;
+pub use rollout::{PREDICTION_WINDOW_S, Window, open_loop, windows};
+pub use sandwich::{Basis, INTERVAL_COVERAGE};
 pub use score::{score, score_compared};
 pub use shooting::{Cut, Loss, Scatter, Shooting, guided_fit};
 pub use steady_segments::wrench_samples;

@@ -18,7 +18,7 @@ pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
 }
 
 /// Length of a prediction window, s.
-const WINDOW_S: f64 = 1.0;
+pub const PREDICTION_WINDOW_S: f64 = 1.0;
 
 /// Predictions over one window: the errors of the poses and the density of the predictions.
 pub struct Window {
@@ -45,12 +45,12 @@ pub fn windows(
         let track = Track::new(episode, noise)?;
         let known: Vec<Motion> =
             window_starts(episode, noise).into_iter().map(|(_, motion)| motion).collect();
-        let windows = filter.predict_windows(&track, &known, WINDOW_S).unwrap_or_default();
+        let windows = filter.predict_windows(&track, &known, PREDICTION_WINDOW_S).unwrap_or_default();
         return Ok(windows.into_iter().map(|samples| samples.map(|samples| Window { samples })).collect());
     }
     let (curve, timing) = (Arc::new(Curve::with_noise(episode, noise)), episode.timing_variances(noise));
     let found = window_starts(episode, noise).into_iter().map(|(index, motion)| {
-        let end = motion.t + WINDOW_S;
+        let end = motion.t + PREDICTION_WINDOW_S;
         let count = episode.pose[index..].partition_point(|p| p.t <= end + 1e-9);
         let track = Track::between(episode, &curve, index, index + count, &motion, &timing);
         filter.predict_only(&track).map(|samples| Window { samples })
@@ -64,12 +64,12 @@ fn window_starts(episode: &Prepared, noise: &Noise) -> Vec<(usize, Motion)> {
     let known = episode.filtered_motion(noise);
     let mut begin = episode.contact.max(episode.pose[0].t);
     let mut found = Vec::new();
-    while begin + WINDOW_S <= last.t + 1e-9 {
+    while begin + PREDICTION_WINDOW_S <= last.t + 1e-9 {
         let index = episode.pose.partition_point(|p| p.t <= begin + 1e-9).saturating_sub(1);
         if let Some(motion) = known.get(index) {
             found.push((index, motion.clone()));
         }
-        begin += WINDOW_S;
+        begin += PREDICTION_WINDOW_S;
     }
     found
 }

@@ -32,8 +32,8 @@ use trundle_model::{Model, Slot};
 /// Minimum number of episodes: two give only one difference.
 const MIN_EPISODES: usize = 3;
 
-/// Central probability of the intervals.
-const COVERAGE: f64 = 0.9;
+/// Central probability of intervals.
+pub const INTERVAL_COVERAGE: f64 = 0.9;
 
 /// Source of the intervals of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +52,8 @@ impl Basis {
             Self::Curvature => 1e6,
             Self::Sandwich(episodes) => (episodes.max(2) - 1) as f64,
         };
-        StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + COVERAGE / 2.0))
+        StudentsT::new(0.0, 1.0, freedom)
+            .map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + INTERVAL_COVERAGE / 2.0))
     }
 }
 

@@ -8,9 +8,7 @@ use crate::rows::{Scope, evaluate, noise_floor};
 use crate::simulation::simulate;
 use serde::Serialize;
 use std::collections::BTreeMap;
-
-/// Duration of a prediction window, s.
-const WINDOW_S: f64 = 1.0;
+use trundle_infer::PREDICTION_WINDOW_S;
 
 /// Figures of one joint; null where a figure makes no sense.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -202,7 +200,7 @@ fn window_errors(problem: &Problem, fit: &Fit, episode: &EpisodeData) -> Vec<f64
     let series = &episode.joints[0];
     let count = series.q.len();
     let duration = count as f64 * episode.dt;
-    let size = ((WINDOW_S.min(duration / 10.0) / episode.dt) as usize).max(2);
+    let size = ((PREDICTION_WINDOW_S.min(duration / 10.0) / episode.dt) as usize).max(2);
     let mut errors = vec![];
     let mut from = episode.first_stage.half;
     while from + size < count {

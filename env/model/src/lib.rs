@@ -68,3 +68,6 @@ pub use scales::Scales;
 pub use sliding_propagator::SlidingPropagator;
 pub use state::State;
 pub use stepper::{FreeMotion, ModelInstance, StepError, StepInput, Stepper};
+
+/// Standard gravity, m/s².
+pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.80665;

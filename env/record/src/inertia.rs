@@ -15,8 +15,12 @@ pub struct InertialShare {
     pub sd: f64,
 }
 
+/// Maximum share of inertia in the force's sum of squares for a quasi-static recording. Without inertia, the
+/// wrench is then wrong by less than a tenth of the force (root mean square), which is the variation of
+/// friction over a floor.
+pub const MAX_QUASI_STATIC_SHARE: f64 = 0.01;
 /// Speed, in its standard deviations, that scales the smooth sign function of the direction of motion.
-const DIRECTION_SCALE_SD: f64 = 3.0;
+pub(crate) const DIRECTION_SCALE_SD: f64 = 3.0;
 /// Minimum number of parts for the jackknife. Episodes are split into halves, or into smaller parts if there are few long
 /// episodes.
 const MIN_PARTS: usize = 4;

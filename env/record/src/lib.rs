@@ -26,7 +26,7 @@ pub use check::{Finding, Severity, check};
 pub use episode::{Episode, Gripper, Stream, WrenchStream};
 pub use error::{Error, File, Place};
 pub use fault::Fault;
-pub use inertia::InertialShare;
+pub use inertia::{InertialShare, MAX_QUASI_STATIC_SHARE};
 pub use info::{EpisodeInfo, Info, StreamInfo, inspect};
 pub use joints::{
     Axis, DelayMeta, EffortMeta, EffortSettings, EffortSource, EncoderMeta, EncoderSide, EpisodeMeta, FreeOr,

@@ -1,6 +1,7 @@
 //! Wrist force-torque sensor with instrument effects, delays and lags.
 
 use std::collections::VecDeque;
+use trundle_model::STANDARD_GRAVITY_M_PER_S2;
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -43,14 +44,11 @@ pub struct GripperPayload {
     pub offset: [f64; 3],
 }
 
-/// Standard gravity, m/s².
-const GRAVITY_M_PER_S2: f64 = 9.80665;
-
 impl GripperPayload {
     /// Readings of `force_z`, `torque_x` and `torque_y` without noise. The sensor reports the force that the arm exerts, so
     /// the supporting force is positive.
     pub fn reading(&self) -> [f64; 3] {
-        let weight = self.mass * GRAVITY_M_PER_S2;
+        let weight = self.mass * STANDARD_GRAVITY_M_PER_S2;
         let [x, y, _] = self.com;
         [self.offset[0] + weight, self.offset[1] + weight * y, self.offset[2] - weight * x]
     }

@@ -7,10 +7,8 @@ use crate::engine::Engine;
 use crate::fitted_model::FittedModel;
 use crate::predictive_check::{PredictiveCheck, WindowEnd};
 use nalgebra::Vector3;
+use trundle_infer::PREDICTION_WINDOW_S;
 use trundle_infer::{InferError, unscored_time};
-
-/// Length of a prediction, s.
-const WINDOW_S: f64 = 1.0;
 
 impl BlackBoxEngine<'_> {
     /// Errors of one-second predictions. The simulator predicts; the covariance of the error follows from its
@@ -26,7 +24,7 @@ impl BlackBoxEngine<'_> {
             let (motion_so_far, states) =
                 (episode.filtered_motion(&self.data.noise), rollout.episode_states(episode)?);
             for WindowPrediction { from, to, covariance } in
-                likelihood.predict_windows(k, &motion_so_far, WINDOW_S)
+                likelihood.predict_windows(k, &motion_so_far, PREDICTION_WINDOW_S)
             {
                 let [from, to] = [from, to].map(|k| &path.intervals[k]);
                 let span = [from, to].map(|interval| interval.t + interval.span);

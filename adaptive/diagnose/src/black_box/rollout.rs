@@ -5,12 +5,10 @@ use super::law_states::{default_states, states_along};
 use super::law_wrench::{has_laws, law_wrench_over_step, wrench_from_motion};
 use super::simulator::{BlackBox, check_cancelled};
 use nalgebra::Vector6;
+use trundle_infer::PREDICTION_WINDOW_S;
 use trundle_infer::{ErrorMetrics, InferError, Readings, Score, StateVector, Step, Watch};
 use trundle_model::{MAX_INNER_STATES, Plant, State};
 use trundle_record::{Dataset, Motion, Prepared};
-
-/// Length of a window, s.
-const WINDOW_S: f64 = 1.0;
 
 /// A simulator with laws and parameter values.
 pub(crate) struct Rollout<'a> {
@@ -144,15 +142,16 @@ impl Rollout<'_> {
             metrics.add_open_loop(&self.open_loop(&states)?, episode, rho, unjudged);
             let mut begin = episode.contact.max(episode.pose.first().map_or(0.0, |p| p.t));
             let end = episode.pose.last().map_or(0.0, |p| p.t);
-            while begin + WINDOW_S <= end + 1e-9 {
+            while begin + PREDICTION_WINDOW_S <= end + 1e-9 {
                 let index = episode.pose.partition_point(|p| p.t <= begin + 1e-9).saturating_sub(1);
-                let count = episode.pose[index..].partition_point(|p| p.t <= begin + WINDOW_S + 1e-9);
+                let count =
+                    episode.pose[index..].partition_point(|p| p.t <= begin + PREDICTION_WINDOW_S + 1e-9);
                 let poses = self.poses_from(&states, index, count)?;
                 let pairs = episode.pose[index..].iter().zip(&poses).skip(1);
                 for (pose, simulated) in pairs.filter(|(p, _)| p.t > episode.contact + unjudged) {
                     metrics.add_window([0, 1, 2].map(|k| pose.pose[k] - simulated[k]));
                 }
-                begin += WINDOW_S;
+                begin += PREDICTION_WINDOW_S;
             }
         }
         Ok(metrics.score(turns))

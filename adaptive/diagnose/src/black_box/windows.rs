@@ -2,14 +2,13 @@
 
 use super::likelihood::PathLikelihood;
 use crate::answer::Window;
+use crate::locate::MAX_WINDOW_GAP_S;
 use nalgebra::Vector3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trundle_infer::Residual;
 
 /// Maximum p-value of a sample in a window.
 const MAX_SAMPLE_P: f64 = 1e-4;
-/// Windows with a smaller gap are merged; shorter windows are dropped, s.
-const MAX_GAP_S: f64 = 0.15;
 const MIN_DURATION_S: f64 = 0.1;
 /// Maximum number of reported windows.
 const MAX_WINDOWS: usize = 24;
@@ -24,7 +23,7 @@ pub(super) fn windows(residuals: &[Vec<Residual>], likelihood: &PathLikelihood) 
             let strength = minus_log10_p(squared_mahalanobis(residual, likelihood.dof), directions);
             match windows.last_mut() {
                 _ if strength < -MAX_SAMPLE_P.log10() => {}
-                Some(open) if residual.t - open.end <= MAX_GAP_S => {
+                Some(open) if residual.t - open.end <= MAX_WINDOW_GAP_S => {
                     open.end = residual.t;
                     open.strength = open.strength.max(strength);
                 }

@@ -13,10 +13,11 @@ use trundle_model::to_body;
 
 /// Maximum number of candidates of each kind.
 const MAX_CANDIDATES: usize = 3;
+/// Model error of a smoothed force or moment in addition to its covariance, relative to the root mean square of the force, or
+/// to the missing force at the radius of gyration. It covers nonlinearity and the blur of the smoother.
+pub(super) const MODEL_ERROR_SHARE: f64 = 0.03;
 /// Minimum spacing of candidates of one kind, s.
 const MIN_SPACING_S: f64 = 0.4;
-/// Model error of the smoothed wrench in addition to its covariance, relative to the root mean square.
-const MODEL_ERROR_SHARE: f64 = 0.03;
 /// Minimum number of samples before and after a change point.
 const MIN_SAMPLES: usize = 40;
 /// Search radius and step for the refined time of a change point, s.

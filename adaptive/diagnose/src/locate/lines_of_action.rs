@@ -5,7 +5,7 @@
 //! nominal parameters and thereby the residual. Samples are a tenth of a second apart. Errors have a Student
 //! distribution, so that bursts and reversals, which the smoother blurs, have a small weight.
 
-use super::change_points::{PARAMETERS, parameter_wrenches};
+use super::change_points::{MODEL_ERROR_SHARE, PARAMETERS, parameter_wrenches};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use trundle_infer::Residual;
 
@@ -13,9 +13,6 @@ use trundle_infer::Residual;
 const STUDENT_DOF: f64 = 4.0;
 /// Number of reweightings.
 const REWEIGHTINGS: usize = 6;
-/// Model error of the smoothed moment in addition to its covariance, relative to the missing force at the radius
-/// of gyration. It covers nonlinearity and the blur of the smoother.
-const MODEL_ERROR_SHARE: f64 = 0.03;
 
 /// Minimum spacing of samples, s.
 const MIN_SAMPLE_SPACING_S: f64 = 0.1;

@@ -32,6 +32,7 @@ use trundle_record::Prepared;
 use change_points::ChangeKind;
 pub(crate) use change_points::ChangePoint;
 pub(crate) use misfit_shares::misfit_shares;
+pub(crate) use windows::MAX_WINDOW_GAP_S;
 
 /// The missing wrench along each episode, object axes.
 pub(crate) type Residuals = Vec<Vec<Residual>>;

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// Probability that a clean recording shows any window.
 pub(crate) const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 /// Maximum gap between windows that are merged, s.
-const MAX_GAP_S: f64 = 0.15;
+pub(crate) const MAX_WINDOW_GAP_S: f64 = 0.15;
 /// Maximum number of pieces.
 const MAX_PIECES: usize = 24;
 /// Number of draws of the bootstrap.
@@ -267,7 +267,7 @@ pub(crate) fn windows(
     for piece in sorted {
         match groups.last_mut() {
             Some((episode, span, group))
-                if *episode == piece.episode && piece.span.0 - span.1 <= MAX_GAP_S =>
+                if *episode == piece.episode && piece.span.0 - span.1 <= MAX_WINDOW_GAP_S =>
             {
                 span.1 = span.1.max(piece.span.1);
                 group.push(piece);

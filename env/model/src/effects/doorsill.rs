@@ -10,6 +10,7 @@
 use super::geometry::support_points;
 use super::{angle, positive, signed};
 use crate::Real;
+use crate::STANDARD_GRAVITY_M_PER_S2;
 use crate::generalised_force::GeneralisedForce;
 use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Role, Spec, take};
 use std::f64::consts::TAU;
@@ -39,9 +40,6 @@ pub(crate) static SPEC: Spec = Spec {
     suggested_push: "cross the ridge slowly in both directions: a ridge resists uphill and assists downhill, a floor \
         patch always resists",
 };
-
-/// Gravity, m/s².
-const GRAVITY_M_PER_S2: f64 = 9.81;
 
 /// Distance from the line, in widths, beyond which the force is negligible.
 const MAX_DISTANCE_WIDTHS: f64 = 8.0;
@@ -77,7 +75,7 @@ impl<T: Real> EffectLaw<T> for Doorsill<T> {
             let along = (x * nx + y * ny - self.offset) / self.width;
             if along.re().abs() < MAX_DISTANCE_WIDTHS {
                 let bump = (-(along.squared() * 0.5)).exp() * along / self.width;
-                let size = at.mass * self.height * bump * (GRAVITY_M_PER_S2 * share);
+                let size = at.mass * self.height * bump * (STANDARD_GRAVITY_M_PER_S2 * share);
                 sum.add_force_at(foot, normal.map(|n| n * size));
             }
         }

@@ -1,5 +1,6 @@
 //! Checks of the clocks of wrench and poses: delay, drift, jumps and overlap.
 
+use crate::inertia::DIRECTION_SCALE_SD;
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 use crate::motion::Motion;
@@ -197,7 +198,7 @@ fn regressors(motion: &Motion) -> Row {
     let body = |v: [f64; 3]| [cos * v[0] + sin * v[1], cos * v[1] - sin * v[0], v[2]];
     let (accel, twist) = (body(motion.accel), body(motion.twist));
     let sd = [0, 1, 2].map(|k| motion.cov[k][1][1].sqrt());
-    let direction = [0, 1, 2].map(|k| twist[k] / twist[k].hypot(3.0 * sd[k]).max(1e-9));
+    let direction = [0, 1, 2].map(|k| twist[k] / twist[k].hypot(DIRECTION_SCALE_SD * sd[k]).max(1e-9));
     let mut row = Row::zeros();
     for k in 0..3 {
         (row[k], row[3 + k], row[6 + k]) = (accel[k], twist[k], direction[k]);

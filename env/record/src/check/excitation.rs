@@ -4,13 +4,12 @@ use super::clocks::inertial_share;
 use super::data::EpisodeData;
 use super::finding::{Finding, Severity};
 use super::input::CheckInput;
+use crate::inertia::MAX_QUASI_STATIC_SHARE;
 
 /// Minimum travel in standard deviations of the pose noise.
 const MIN_TRAVEL_SD: f64 = 10.0;
 /// Minimum range of headings that distinguishes a slope from a force bias, rad.
 const MIN_HEADING_RANGE_RAD: f64 = 0.3;
-/// Inertial share of the force below which a recording is quasi-static.
-const MAX_QUASI_STATIC_SHARE: f64 = 0.01;
 
 /// Checks that force, motion, headings and accelerations suffice for a diagnosis.
 pub(crate) fn excitation(input: &CheckInput) -> Vec<Finding> {

@@ -10,7 +10,7 @@ const MIN_SATURATED_SAMPLES: usize = 5;
 /// Noise relative to the range below which equal readings are normal, as in simulated or commanded plateaus.
 const MIN_RELATIVE_NOISE: f64 = 1e-4;
 /// Share of repeats between the extremes above which a reading is held, not saturated.
-const MAX_REPEAT_SHARE: f64 = 0.3;
+pub(crate) const MAX_REPEAT_SHARE: f64 = 0.3;
 /// Minimum share of masked poses for a note.
 const MIN_MASKED_SHARE_NOTE: f64 = 0.001;
 /// Minimum share of masked poses for a warning.

@@ -17,7 +17,7 @@ mod grasp;
 mod gripper;
 pub(crate) mod group;
 mod input;
-mod instruments;
+pub(crate) mod instruments;
 mod lags;
 mod tare;
 mod units;

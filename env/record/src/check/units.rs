@@ -2,6 +2,7 @@
 
 use crate::episode::Gripper;
 use crate::metadata::{Contact, Reference};
+use crate::prepare::outlier::MIN_TRACKER_SD;
 use crate::prepare::{latest, mean_pose_noise, median, quantile, relative_pose};
 
 use super::data::EpisodeData;
@@ -17,8 +18,6 @@ const MIN_GRASP_MOTION_RATIO: f64 = 3.0;
 const MAX_ARM_SIZES: f64 = 20.0;
 /// Maximum ratio of estimated to stated noise.
 const MAX_ESTIMATED_NOISE_RATIO: f64 = 20.0;
-/// Noise below which poses are simulated, m or rad; the stated noise is then not compared.
-const MIN_TRACKER_SD: f64 = 1e-5;
 /// Maximum ratio of stated to estimated noise. Millimetres stated as metres are a factor of 1000.
 const MAX_STATED_NOISE_RATIO: f64 = 300.0;
 /// Minimum number of poses for an estimate of their noise.

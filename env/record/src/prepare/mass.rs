@@ -7,7 +7,7 @@ use crate::motion::Motion;
 use super::dataset::Prepared;
 use super::noise::Noise;
 use super::sampling::{latest, quantile};
-use super::tare::GRAVITY;
+use trundle_model::STANDARD_GRAVITY_M_PER_S2;
 
 /// Friction coefficient of a dragged object, used if the motion does not determine the mass.
 const DEFAULT_FRICTION_COEFFICIENT: f64 = 0.3;
@@ -27,7 +27,7 @@ pub(crate) fn guess(episodes: &[Prepared], noise: &Noise) -> f64 {
     let plausible = peak / PLAUSIBLE_ACCELERATION_M_PER_S2[1]..peak / PLAUSIBLE_ACCELERATION_M_PER_S2[0];
     regressed(episodes, noise)
         .filter(|mass| plausible.contains(mass))
-        .unwrap_or(peak / (DEFAULT_FRICTION_COEFFICIENT * GRAVITY))
+        .unwrap_or(peak / (DEFAULT_FRICTION_COEFFICIENT * STANDARD_GRAVITY_M_PER_S2))
 }
 
 fn regressed(episodes: &[Prepared], noise: &Noise) -> Option<f64> {

@@ -6,7 +6,7 @@ mod dataset;
 mod mass;
 mod noise;
 mod options;
-mod outlier;
+pub(crate) mod outlier;
 mod reading;
 mod samples;
 mod sampling;

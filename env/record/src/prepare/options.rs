@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::tare::{self, TareMethod};
+use super::tare::TareMethod;
 
 /// Rule for the pose that transforms a wrench from the sensor to the object.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -44,7 +44,7 @@ impl Default for Options {
             tare: TareMethod::default(),
             wrench_pose: WrenchPose::default(),
             axes: ReadingAxes::default(),
-            gravity: tare::GRAVITY,
+            gravity: trundle_model::STANDARD_GRAVITY_M_PER_S2,
         }
     }
 }

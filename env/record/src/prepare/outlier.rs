@@ -31,7 +31,7 @@ const IMPOSSIBLE_STEP_COST: f64 = 0.25;
 /// Multiple of the largest possible distance at which a step has the full cost. The cost of a smaller excess is proportional.
 const IMPOSSIBLE_STEP_RATIO: f64 = 10.0;
 /// Noise below which poses are simulated, m or rad. No tracker is better.
-const MIN_TRACKER_SD: f64 = 1e-5;
+pub(crate) const MIN_TRACKER_SD: f64 = 1e-5;
 /// Largest number of consecutive runs that a path may skip. It bounds the computing time on bad data.
 const MAX_SKIPPED_RUNS: usize = 1000;
 /// Probability of an accidental repeat of all coordinates below which repeats count as held values.

@@ -5,9 +5,6 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::transform::{GripperPose, Wrench6, force_moment_transform, join, split};
 
-/// Acceleration of gravity, m/s².
-pub(crate) const GRAVITY: f64 = 9.80665;
-
 /// Method of taring raw readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TareMethod {

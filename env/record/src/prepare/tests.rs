@@ -186,7 +186,11 @@ fn tilting_episode(name: &str, start: (f64, f64), tilting: f64) -> Episode {
     let row = |i: usize| {
         let t = time(i);
         let (q, [x, y, _]) = (attitude(t), gripper_pose(t));
-        let gravity = q.inverse_transform_vector(&Vector3::new(0.0, 0.0, -1.2 * tare::GRAVITY));
+        let gravity = q.inverse_transform_vector(&Vector3::new(
+            0.0,
+            0.0,
+            -1.2 * trundle_model::STANDARD_GRAVITY_M_PER_S2,
+        ));
         let moment = com.cross(&gravity);
         let [fx, fy, tz] = push(t);
         // The push is horizontal; it is given along the heading and transformed to the axes of the tilted sensor.

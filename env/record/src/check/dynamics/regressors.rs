@@ -1,6 +1,7 @@
 //! Regressors: the contribution of each unit parameter of a passive body to the reading.
 
 use super::super::data::RecordingData;
+use crate::inertia::DIRECTION_SCALE_SD;
 use crate::metadata::{Frame, Reference};
 use crate::motion::Motion;
 
@@ -17,8 +18,6 @@ pub(crate) const COLUMNS: usize = 2 * MASS_POINTS + DAMPING_ELEMENTS + CONSTANT_
 /// Row and column of each element of the damping matrix.
 pub(crate) const DAMPING_INDICES: [(usize, usize); DAMPING_ELEMENTS] =
     [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-/// Speed, in standard deviations, that scales the smooth direction of dry friction.
-const DIRECTION_SCALE_SD: f64 = 3.0;
 
 /// Regressors of each output: force x, force y, torque over [`Scale::arm`].
 pub(crate) type Row = [[f64; COLUMNS]; 3];

@@ -2,6 +2,7 @@
 
 use super::input::Input;
 use super::merge::{Found, merged};
+use crate::check::instruments::MAX_REPEAT_SHARE;
 use crate::check::{Finding, Severity};
 use crate::episode::Episode;
 
@@ -11,8 +12,6 @@ const MIN_SAMPLES: usize = 5;
 const MAX_ENTRY: f64 = 0.1;
 /// Smallest number of plateaus at the same extreme; one may be chance or a command that is held.
 const MIN_PLATEAUS: usize = 2;
-/// Share of repeats between the extremes above which values are held or coarse, not saturated.
-const MAX_REPEAT_SHARE: f64 = 0.3;
 
 /// Checks for flat extreme efforts that are approached gradually.
 pub(super) fn saturation(input: &Input) -> Vec<Finding> {

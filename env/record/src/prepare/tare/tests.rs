@@ -2,6 +2,7 @@ use nalgebra::UnitQuaternion;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use trundle_model::STANDARD_GRAVITY_M_PER_S2;
 
 use super::*;
 
@@ -16,7 +17,10 @@ fn attitude(roll: f64, pitch: f64, yaw: f64) -> GripperPose {
 }
 
 fn gripper() -> Weight {
-    Weight { force: 1.2 * GRAVITY, moment: Vector3::new(0.01, -0.02, 0.06) * 1.2 * GRAVITY }
+    Weight {
+        force: 1.2 * STANDARD_GRAVITY_M_PER_S2,
+        moment: Vector3::new(0.01, -0.02, 0.06) * 1.2 * STANDARD_GRAVITY_M_PER_S2,
+    }
 }
 
 /// Reading with sign "on_object" of a sensor with an offset, while the gripper pushes with `push`.
@@ -36,7 +40,7 @@ fn assert_close(a: &Wrench6, b: &Wrench6, tolerance: f64) {
 fn weight_matches_a_hand_calculation() {
     // Pitched by 90° about y, the sensor's x points down: 1.2 kg act along x, with the lever arms y and z of the centre.
     let load = gripper().wrench(&attitude(0.0, std::f64::consts::FRAC_PI_2, 0.0));
-    let n = 1.2 * GRAVITY;
+    let n = 1.2 * STANDARD_GRAVITY_M_PER_S2;
     assert_close(&load, &[n, 0.0, 0.0, 0.0, 0.06 * n, 0.02 * n], 1e-9);
 }
 
@@ -56,7 +60,7 @@ fn several_attitudes_determine_the_weight() {
     let together = weigh(std::slice::from_ref(&readings)).unwrap();
     let apart: Vec<Vec<UnloadedReading>> = readings.into_iter().map(|r| vec![r]).collect();
     for weight in [together, weigh(&apart).unwrap()] {
-        assert!((weight.force - 1.2 * GRAVITY).abs() < 1e-9);
+        assert!((weight.force - 1.2 * STANDARD_GRAVITY_M_PER_S2).abs() < 1e-9);
         assert!((weight.moment - gripper().moment).norm() < 1e-5);
     }
 }
