@@ -101,7 +101,19 @@ impl PlanningTask {
     }
 }
 
+/// Decrease of the limits of speed and spin per delay, as a share of the limits, 1/s. The default limits are 80 % of those that
+/// end an episode: 20 % is left for the two steps of 0.05 s in which a brake acts. Each 0.1 s of delay needs as much again.
+const LIMIT_DECREASE_PER_S: f64 = 2.5;
+/// Smallest share of the limits that is left.
+const MIN_LIMIT_SHARE: f64 = 0.4;
+
 impl Cost {
+    /// The same cost for commands that act `delay` seconds later: with lower limits of speed and spin.
+    pub(crate) fn with_delay(&self, delay: f64) -> Self {
+        let share = (1.0 - LIMIT_DECREASE_PER_S * delay).max(MIN_LIMIT_SHARE);
+        Self { speed_limit: share * self.speed_limit, spin_limit: share * self.spin_limit, ..self.clone() }
+    }
+
     /// Check the values.
     ///
     /// # Errors
@@ -252,6 +264,15 @@ mod tests {
         assert!((cost.terminal_cost(&left(TAU - 1.0), &GOAL, &ObstacleMap::empty()) - 0.3).abs() < 1e-12);
         let error = Cost { pace: 0.0, ..Cost::default() }.check().unwrap_err();
         assert!(error.to_string().contains("cost.pace"), "{error}");
+    }
+
+    #[test]
+    fn a_delay_lowers_the_limits_of_speed() {
+        let cost = Cost::default();
+        assert_eq!(cost.with_delay(0.0), cost);
+        let late = cost.with_delay(0.1);
+        assert!((late.speed_limit - 1.2).abs() < 1e-12 && (late.spin_limit - 2.4).abs() < 1e-12, "{late:?}");
+        assert!((cost.with_delay(5.0).speed_limit - 0.64).abs() < 1e-12);
     }
 
     #[test]

@@ -119,6 +119,7 @@ fn rollout<D: Dynamics>(
     let (steps, dt) = substeps(settings);
     let [x, y] = task.grasp;
     let half_range = settings.half_range();
+    let weights = settings.cost.with_delay(task.arm.response().delay);
     let mut state: State<f64> = model.start;
     let mut arm = model.arm;
     let mut clock = Clock::since_contact(0.0);
@@ -132,12 +133,12 @@ fn rollout<D: Dynamics>(
             }
             model.step(&mut state, &applied, clock, dt);
             clock.since_contact += dt;
-            sum += dt * settings.cost.running_cost(&state, &task.goal, obstacle_map, share);
+            sum += dt * weights.running_cost(&state, &task.goal, obstacle_map, share);
         }
     }
     let force = half_range[0].min(half_range[1]);
-    let anchor_cost = settings.cost.anchor_cost(&state, &task.goal, &model.anchor, force);
-    let total = sum + settings.cost.terminal_cost(&state, &task.goal, obstacle_map) + anchor_cost;
+    let anchor_cost = weights.anchor_cost(&state, &task.goal, &model.anchor, force);
+    let total = sum + weights.terminal_cost(&state, &task.goal, obstacle_map) + anchor_cost;
     (if total.is_finite() { total } else { f64::INFINITY }, state.pose)
 }
 
