@@ -1,7 +1,7 @@
 //! Models with one more effect than a model: a screen of all candidates, and fits of the best to their optimum.
 
 use crate::error::MechanismError;
-use crate::fit::{Fit, MAX_STEPS, fit, fit_with};
+use crate::fit::{Fit, Freedom, MAX_STEPS, fit, fit_with};
 use crate::laws::{JointKind, plays};
 use crate::model::{Effect, Kind, slots};
 use crate::others::Others;
@@ -138,7 +138,8 @@ impl Searcher<'_> {
         let one = |(values, from): (Vec<f64>, Option<&Fit>)| {
             let mut effects = parent.fit.fitted_effects();
             effects.push(Effect { kind, values });
-            let found = fit_with(self.problem, &effects, from, scope, SCREENING_STEPS, Some(others));
+            let found =
+                fit_with(self.problem, &effects, from, scope, SCREENING_STEPS, Freedom::Approximated(others));
             let joints: Vec<usize> = match scope {
                 Scope::Joint(joint) => vec![joint],
                 _ => (0..times.len()).collect(),

@@ -107,6 +107,17 @@ pub(crate) fn moved(slots: &[Slot], values: &[f64], step: &DVector<f64>) -> Vec<
     (0..slots.len()).map(one).collect()
 }
 
+/// The parameters that a fit changes.
+#[derive(Clone, Copy)]
+pub(crate) enum Freedom<'a> {
+    /// All, or those of the joint of the scope.
+    Scope,
+    /// All, with an approximation of the joints outside the scope.
+    Approximated(&'a Others),
+    /// The timing of drives between samples, which is no value of the model.
+    Timing,
+}
+
 /// Fit a model, from the values in `effects` and of `from`'s slots of the same name.
 pub(crate) fn fit(
     problem: &Problem,
@@ -115,40 +126,17 @@ pub(crate) fn fit(
     scope: Scope,
     max_steps: usize,
 ) -> Fit {
-    fit_with(problem, effects, from, scope, max_steps, None)
+    fit_with(problem, effects, from, scope, max_steps, Freedom::Scope)
 }
 
-/// The nominal mechanism with the values of the model. Only the timing of drives between samples is fitted: it is no value of
-/// the model.
-pub(crate) fn fit_timing(problem: &Problem) -> Fit {
-    fit_free(problem, &[], None, Scope::Training, MAX_STEPS, None, &Slot::is_timing)
-}
-
-/// [`fit`], with an approximation of the joints outside the scope.
+/// [`fit`] of some of the parameters.
 pub(crate) fn fit_with(
     problem: &Problem,
     effects: &[Effect],
     from: Option<&Fit>,
     scope: Scope,
     max_steps: usize,
-    others: Option<&Others>,
-) -> Fit {
-    let is_free = |slot: &Slot| match scope {
-        Scope::Joint(j) if others.is_none() => slot.joint == Some(j),
-        _ => true,
-    };
-    fit_free(problem, effects, from, scope, max_steps, others, &is_free)
-}
-
-/// [`fit_with`], of the free parameters only.
-fn fit_free(
-    problem: &Problem,
-    effects: &[Effect],
-    from: Option<&Fit>,
-    scope: Scope,
-    max_steps: usize,
-    others: Option<&Others>,
-    is_free: &dyn Fn(&Slot) -> bool,
+    freedom: Freedom<'_>,
 ) -> Fit {
     let slots = slots(problem, effects);
     let known = |slot: &Slot| {
@@ -158,11 +146,15 @@ fn fit_free(
     };
     let start = |slot: &Slot| known(slot).unwrap_or(slot.start).clamp(slot.bounds[0], slot.bounds[1]);
     let mut values: Vec<f64> = slots.iter().map(start).collect();
-    let approximated = match scope {
-        Scope::Joint(j) => others.map(|others| (j, others)),
+    let approximated = match (scope, freedom) {
+        (Scope::Joint(j), Freedom::Approximated(others)) => Some((j, others)),
         _ => None,
     };
-    let is_free = |k: usize| is_free(&slots[k]);
+    let is_free = |k: usize| match (freedom, scope) {
+        (Freedom::Timing, _) => slots[k].is_timing(),
+        (Freedom::Scope, Scope::Joint(j)) => slots[k].joint == Some(j),
+        _ => true,
+    };
     let spread = |rows: &[JointRows]| -> Vec<f64> {
         let mut sd = vec![1.0; problem.joints.len()];
         rows.iter().for_each(|own| sd[own.joint] = robust_sd(problem, own.joint, &own.residual));

@@ -8,7 +8,7 @@ use crate::coupling::Coupling;
 use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
 use crate::figures::figures;
-use crate::fit::{Fit, fit_timing};
+use crate::fit::{Fit, Freedom, MAX_STEPS, fit_with};
 use crate::intervals::{Interval, are_defined, intervals};
 use crate::lack_of_fit::{LackOfFit, lack_of_fit};
 use crate::leftovers::is_leftover;
@@ -20,6 +20,7 @@ use crate::outcome::JointOutcome;
 use crate::problem::Problem;
 use crate::rest::with_rest;
 use crate::rivals::{alternatives, probability_of, single_ties, tied, weights};
+use crate::rows::Scope;
 use crate::search::Searcher;
 use crate::statement::statement;
 use crate::tried::{Found, Support, Tried};
@@ -144,7 +145,7 @@ fn given_values_suffice(problem: &Problem, base: &Tried, searcher: &Searcher<'_>
     if problem.axis.is_some() || problem.simulator.as_ref().is_some_and(|simulator| !simulator.is_given) {
         return None;
     }
-    let fixed = fit_timing(problem);
+    let fixed = fit_with(problem, &[], None, Scope::Training, MAX_STEPS, Freedom::Timing);
     let values = fixed.slots.iter().filter(|slot| !slot.is_timing()).count();
     let times = searcher.times(base);
     let cost = fixed.cost(&times) - base.fit.cost(&times);
