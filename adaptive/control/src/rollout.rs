@@ -5,7 +5,7 @@ use trundle_model::{Clock, State, transport};
 
 use crate::arm::{ArmStep, AxisStates};
 use crate::dynamics::{Anchor, FastStep};
-use crate::{ControlError, Dynamics, ObstacleMap, PlanningTask, Settings};
+use crate::{ControlError, Cost, Dynamics, ObstacleMap, PlanningTask, Settings};
 
 /// Largest step of a rollout, s.
 const MAX_STEP_S: f64 = 0.05;
@@ -17,6 +17,8 @@ pub(crate) struct RolloutModel<'a, D> {
     anchor: Anchor,
     /// State when the first action of a plan takes effect.
     start: State<f64>,
+    /// Cost with the limits of speed for the delay of the arm.
+    cost: Cost,
     /// Step of the arm and its state at the start; `None` if the wrench is the command.
     arm: Option<(ArmStep, AxisStates)>,
 }
@@ -56,7 +58,8 @@ pub(crate) fn rollout_models<'a, D: Dynamics>(
         let mut start = task.state;
         let states = task.arm.predict(model, task.grasp, &mut start);
         let arm = response.has_dynamics().then(|| (response.discretised(dt), states));
-        RolloutModel { model, fast_step: model.fast_step(dt), anchor: model.anchor(), start, arm }
+        let cost = settings.cost.with_delay(response.delay);
+        RolloutModel { model, fast_step: model.fast_step(dt), anchor: model.anchor(), start, cost, arm }
     };
     models.iter().map(prepared).collect()
 }
@@ -119,7 +122,6 @@ fn rollout<D: Dynamics>(
     let (steps, dt) = substeps(settings);
     let [x, y] = task.grasp;
     let half_range = settings.half_range();
-    let weights = settings.cost.with_delay(task.arm.response().delay);
     let mut state: State<f64> = model.start;
     let mut arm = model.arm;
     let mut clock = Clock::since_contact(0.0);
@@ -133,12 +135,12 @@ fn rollout<D: Dynamics>(
             }
             model.step(&mut state, &applied, clock, dt);
             clock.since_contact += dt;
-            sum += dt * weights.running_cost(&state, &task.goal, obstacle_map, share);
+            sum += dt * model.cost.running_cost(&state, &task.goal, obstacle_map, share);
         }
     }
     let force = half_range[0].min(half_range[1]);
-    let anchor_cost = weights.anchor_cost(&state, &task.goal, &model.anchor, force);
-    let total = sum + weights.terminal_cost(&state, &task.goal, obstacle_map) + anchor_cost;
+    let anchor_cost = model.cost.anchor_cost(&state, &task.goal, &model.anchor, force);
+    let total = sum + model.cost.terminal_cost(&state, &task.goal, obstacle_map) + anchor_cost;
     (if total.is_finite() { total } else { f64::INFINITY }, state.pose)
 }
 

@@ -142,6 +142,24 @@ fn the_cost_is_the_mean_over_models() {
 }
 
 #[test]
+fn a_speed_that_a_brake_reaches_in_time_is_charged_if_commands_are_late() {
+    let only_excess = Cost { heading: 0.0, effort: 0.0, arrival: 0.0, anchor: 0.0, ..Cost::default() };
+    let planner = Planner::new(Settings { cost: only_excess, horizon: 1, ..settings() }, 0).unwrap();
+    let charged = |delay: f64| {
+        let (force, torque) = (AxisResponse::Exact, AxisResponse::Exact);
+        let response = ArmResponse { delay, force, torque, turn: 0.0 };
+        let state = State::moving([0.0; 3], [1.4, 0.0, 0.0]);
+        let arm = CommandedArm::moving(response, [[0.0; 2]; 3]);
+        let task = PlanningTask { state, goal: [0.0; 3], arm, ..task() };
+        planner.cost(&[table(0.0)], &task, &ObstacleMap::empty())
+    };
+    // The limit falls from 1.6 to 1.2 m/s, and the plan of 0.1 s is above it.
+    let excess = 10.0 * 0.1 * (1.4_f64 / 1.2 - 1.0).powi(2);
+    let more = charged(0.1) - charged(0.0);
+    assert!((more - excess).abs() < 1e-9, "{more} {excess}");
+}
+
+#[test]
 fn a_table_with_a_dry_friction_foot_reaches_its_heading() {
     // From this grasp the foot cannot be moved around the centre. It must be moved to its goal position first.
     let foot = [("x", 0.5), ("y", -0.3), ("force", 46.0)];
