@@ -135,15 +135,12 @@ def test_a_follower_follows_in_the_simulation() -> None:
     assert abs(q[-1, 3] - q[0, 3]) > 1e-3
 
 
-def test_divergence_is_marked_without_messages_and_files(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def explosive(t: float, q: Floats, v: Floats, load: Floats) -> tuple[Floats, Floats, Floats]:
+    return 1e4 * v, np.zeros(1), np.zeros(1)
+
+
+def test_divergence_is_marked() -> None:
     mechanism = Mechanism.load(CART, ["rail"])
-
-    def explosive(t: float, q: Floats, v: Floats, load: Floats) -> tuple[Floats, Floats, Floats]:
-        return 1e4 * v, np.zeros(1), np.zeros(1)
-
     drive = EffortDrive([0.0], [[1.0]])
     q, v = simulate(mechanism, np.linspace(0, 1, 101), [0.0], [0.0], drive, explosive)
     ended = np.isnan(q[:, 0])
@@ -151,6 +148,15 @@ def test_divergence_is_marked_without_messages_and_files(
     assert ended[-1]
     assert (np.diff(ended.astype(int)) >= 0).all()
     np.testing.assert_array_equal(np.isnan(v), np.isnan(q))
+
+
+def test_divergence_between_two_outputs_leaves_no_message_and_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    mechanism = Mechanism.load(CART, ["rail"])
+    q, _ = simulate(mechanism, [0.0, 1.0], [0.0], [0.0], EffortDrive([0.0], [[1.0]]), explosive)
+    assert np.isnan(q[-1]).all()
     assert capfd.readouterr() == ("", "")
     assert list(tmp_path.iterdir()) == []
 

@@ -68,3 +68,9 @@ def test_a_residual_without_a_name_is_within_the_noise(verdict: str) -> None:
     clean = {**unexplained(None), "verdict": verdict}
     assert residual_sentence(cast("Any", clean)) == "The residual is within the noise."
     assert symptoms(cast("Any", clean)) == []
+
+
+def test_the_terminal_says_that_no_episode_is_held_out() -> None:
+    answer = unexplained(None)
+    assert answer["fit"]["held_out"] is None
+    assert any("no episode is held out" in line for line in format_joint_answer(answer, Path("out")))

@@ -42,6 +42,34 @@ def test_errors_of_positions_that_rise_are_reported(monkeypatch: pytest.MonkeyPa
     assert "elbow" not in warning
 
 
+def test_open_loops_that_diverge_without_the_effect_raise_no_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    def diverged(*args: object) -> dict[str, object]:
+        found = held_out.mechanism_paths(*args)  # type: ignore[arg-type]
+        for path in found.values():
+            assert path.before is not None and path.after is not None
+            path.before[:, 0] += 60.0
+            path.after[:, 0] += 140.0
+        return found  # type: ignore[return-value]
+
+    monkeypatch.setattr(engine, "mechanism_paths", diverged)
+    warnings = trundle.diagnose(arm_recording(0.3)).answer["warnings"]
+    assert not any("became worse" in one for one in warnings)
+
+
+def test_an_effect_that_increases_the_held_out_misfit_is_reported() -> None:
+    recording = arm_recording(0.3)
+    episodes = {
+        name: log_of(ARM.format(shoulder="", elbow=' frictionloss="0.3"'), k)
+        for k, name in enumerate(recording)
+    }
+    episodes["e3"] = log_of(NOMINAL, 3)
+    diagnosis = trundle.diagnose(trundle.JointRecording(recording.metadata, episodes, recording.files))
+    (effect,) = diagnosis.answer["missing"]
+    assert effect["effect"] == "joint_dry_friction"
+    assert (effect["explains"] or 0.0) < -0.1
+    assert any(one.startswith("joint_dry_friction makes predictions") for one in diagnosis.answer["warnings"])
+
+
 def test_a_timing_within_a_sample_alone_is_no_wrong_value() -> None:
     recording = arm_recording(0.0)
     late = {name: log_of(NOMINAL, seed, delay_steps=2) for seed, name in enumerate(recording)}

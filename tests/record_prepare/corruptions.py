@@ -67,8 +67,10 @@ def scaled(factors: dict[str, float], *, footprint: float = 1.0) -> Change:
     return change
 
 
-def late(seconds: float, *, drift: float = 0.0, jump: float = 0.0, one: bool = False) -> Change:
-    """Delay the wrench, or let its clock drift, or jump in the middle of one or all episodes."""
+def late(
+    seconds: float, *, drift: float = 0.0, jump: float = 0.0, one: bool = False, after: float = 0.5
+) -> Change:
+    """Delay the wrench, or let its clock drift, or jump after a share of one or all episodes."""
 
     def change(_: Drawn, metadata: dict[str, Any], tables: Tables) -> None:
         for k, (name, columns) in enumerate(tables.items()):
@@ -76,7 +78,7 @@ def late(seconds: float, *, drift: float = 0.0, jump: float = 0.0, one: bool = F
             of_wrench = ~np.isnan(columns["force_x"])
             stamps = t[of_wrench] * (1.0 + drift) + seconds
             if not (one and k != 1):
-                stamps = stamps + jump * (t[of_wrench] > 0.5 * t[-1])
+                stamps = stamps + jump * (t[of_wrench] >= after * t[-1])
             tables[name] = restamped(columns, of_wrench, stamps)
         interval = metadata["wrench"].get("precontact")
         if interval:
@@ -236,6 +238,9 @@ CORRUPTIONS: dict[str, Corruption] = {
         late(0.0, jump=0.2, one=True), ("clocks",), ("clock jumps",), PUSH, hits=0.7
     ),
     "clock jump in all episodes": Corruption(late(0.0, jump=0.2), ("clocks",), ("clock jumps",), PUSH),
+    "one episode 150 ms early": Corruption(
+        late(0.0, jump=-0.15, one=True, after=0.0), ("clocks",), (" ms early relative",), PUSH, hits=0.7
+    ),
     "gripper turned by 20 degrees": Corruption(turned_gripper, ("axes",), ("gripper_theta",), SENSOR),
     "gripper angles in degrees": Corruption(
         scaled({"gripper_theta": 180 / np.pi}), ("units",), ("π/180",), GRASP

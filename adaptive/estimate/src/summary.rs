@@ -1,8 +1,7 @@
 //! Summary of a fit.
 
 use serde::Serialize;
-use trundle_infer::INTERVAL_COVERAGE;
-use trundle_infer::{Basis, Channels, Estimate, Score};
+use trundle_infer::{Basis, Channels, Estimate, INTERVAL_COVERAGE, Score};
 use trundle_record::Dataset;
 
 use crate::checked_fit::{CheckedFit, LackOfFitSummary};

@@ -3,8 +3,7 @@
 use crate::likelihood::{Evaluation, Likelihood, Linearised};
 use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
 use trundle_model::Model;
-use trundle_record::MAX_QUASI_STATIC_SHARE;
-use trundle_record::{Dataset, InertialShare, MIN_POSES_FOR_MOTION, Prepared};
+use trundle_record::{Dataset, InertialShare, MAX_QUASI_STATIC_SHARE, MIN_POSES_FOR_MOTION, Prepared};
 
 /// One of the two comparisons.
 #[derive(Clone)]

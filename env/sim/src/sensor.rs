@@ -1,11 +1,10 @@
 //! Wrist force-torque sensor with instrument effects, delays and lags.
 
 use std::collections::VecDeque;
-use trundle_model::STANDARD_GRAVITY_M_PER_S2;
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use trundle_model::{Clock, Lags, Plant};
+use trundle_model::{Clock, Lags, Plant, STANDARD_GRAVITY_M_PER_S2};
 
 use crate::SimError;
 

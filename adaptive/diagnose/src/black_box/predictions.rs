@@ -7,8 +7,7 @@ use crate::engine::Engine;
 use crate::fitted_model::FittedModel;
 use crate::predictive_check::{PredictiveCheck, WindowEnd};
 use nalgebra::Vector3;
-use trundle_infer::PREDICTION_WINDOW_S;
-use trundle_infer::{InferError, unscored_time};
+use trundle_infer::{InferError, PREDICTION_WINDOW_S, unscored_time};
 
 impl BlackBoxEngine<'_> {
     /// Errors of one-second predictions. The simulator predicts; the covariance of the error follows from its

@@ -5,8 +5,9 @@ use super::law_states::{default_states, states_along};
 use super::law_wrench::{has_laws, law_wrench_over_step, wrench_from_motion};
 use super::simulator::{BlackBox, check_cancelled};
 use nalgebra::Vector6;
-use trundle_infer::PREDICTION_WINDOW_S;
-use trundle_infer::{ErrorMetrics, InferError, Readings, Score, StateVector, Step, Watch};
+use trundle_infer::{
+    ErrorMetrics, InferError, PREDICTION_WINDOW_S, Readings, Score, StateVector, Step, Watch,
+};
 use trundle_model::{MAX_INNER_STATES, Plant, State};
 use trundle_record::{Dataset, Motion, Prepared};
 

@@ -62,6 +62,15 @@ pub(crate) fn carriage(side: &str, effort: Option<fn(f64) -> f64>) -> Problem {
 }
 
 #[test]
+fn the_mass_of_a_body_has_a_log_normal_prior() {
+    let slots = slots(&carriage("joint", None), &[]);
+    let mass = slots.iter().find(|slot| slot.name == "mass:link").unwrap();
+    assert!(mass.bounds[0] > 0.0);
+    assert!((mass.prior.cost(MASS * 0.3_f64.exp()) - 0.5).abs() < 1e-12);
+    assert!((mass.prior.cost(MASS * (-0.3_f64).exp()) - 0.5).abs() < 1e-12);
+}
+
+#[test]
 fn derivatives_are_those_of_the_residual() {
     let effort: fn(f64) -> f64 = |t| -4.0 * (3.0 * t).sin() - 7.0 * (8.0 * t + 0.1).cos();
     let law = |kind| Kind::Joint(kind, 0);

@@ -9,10 +9,9 @@
 
 use super::geometry::support_points;
 use super::{angle, positive, signed};
-use crate::Real;
-use crate::STANDARD_GRAVITY_M_PER_S2;
 use crate::generalised_force::GeneralisedForce;
 use crate::law::{EffectLaw, EffectTarget, LawContext, LawSetup, Role, Spec, take};
+use crate::{Real, STANDARD_GRAVITY_M_PER_S2};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {
