@@ -2,14 +2,14 @@
 
 use crate::error::MechanismError;
 use crate::fit::{Fit, Freedom, MAX_STEPS, fit, fit_with};
+use crate::fitted_model::FittedModel;
 use crate::laws::{JointKind, plays};
 use crate::model::{Effect, Kind, slots};
-use crate::others::Others;
 use crate::periodogram::best_periods;
 use crate::point_masses::best_point_masses;
+use crate::quadratic_cost::QuadraticCost;
 use crate::rows::{Scope, evaluate, noise_floor, robust_sd};
 use crate::search::{SCREENING_STEPS, Searcher};
-use crate::tried::Tried;
 use rayon::prelude::*;
 use trundle_diagnose::MIN_MATERIAL_ERROR_RATIO;
 use trundle_infer::on_all_cores;
@@ -23,13 +23,17 @@ const MIN_SCREEN_GAIN_NATS: f64 = 3.0;
 
 impl Searcher<'_> {
     /// Models with one more effect, fitted to their optimum, the best first.
-    pub fn children(&self, parent: &Tried, tried: &mut Vec<Tried>) -> Result<Vec<Tried>, MechanismError> {
+    pub fn children(
+        &self,
+        parent: &FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> Result<Vec<FittedModel>, MechanismError> {
         let cost = parent.fit.cost(&self.times(parent));
-        if let Some(known) = self.memo.get(parent, cost) {
+        if let Some(known) = self.child_cache.get(parent, cost) {
             return Ok(known);
         }
-        let found = self.children_where(parent, tried, &|_| true)?;
-        self.memo.insert(parent, cost, &found);
+        let found = self.children_where(parent, models, &|_| true)?;
+        self.child_cache.insert(parent, cost, &found);
         Ok(found)
     }
 
@@ -37,10 +41,10 @@ impl Searcher<'_> {
     /// residual of its joint is larger than the noise.
     pub fn children_where(
         &self,
-        parent: &Tried,
-        tried: &mut Vec<Tried>,
+        parent: &FittedModel,
+        models: &mut Vec<FittedModel>,
         is_wanted: &dyn Fn(Kind) -> bool,
-    ) -> Result<Vec<Tried>, MechanismError> {
+    ) -> Result<Vec<FittedModel>, MechanismError> {
         let is_larger = |j: usize| {
             let square = parent.left_out.mean_square(j, parent.fit.sd[j]);
             square >= MIN_MATERIAL_ERROR_RATIO * noise_floor(self.problem, j).powi(2)
@@ -51,25 +55,29 @@ impl Searcher<'_> {
             _ => larger.contains(&true),
         };
         let is_wanted = |kind: Kind| may_be_material(kind) && is_wanted(kind);
-        self.children_above(parent, tried, &is_wanted, MIN_SCREEN_GAIN_NATS)
+        self.children_above(parent, models, &is_wanted, MIN_SCREEN_GAIN_NATS)
     }
 
     /// Fit all models with one more effect that may improve on a model, also those whose effect is immaterial.
-    pub fn try_further(&self, model: &Tried, tried: &mut Vec<Tried>) -> Result<(), MechanismError> {
-        self.children_above(model, tried, &|_| true, MIN_SCREEN_GAIN_NATS).map(|_| ())
+    pub fn fit_further_children(
+        &self,
+        model: &FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> Result<(), MechanismError> {
+        self.children_above(model, models, &|_| true, MIN_SCREEN_GAIN_NATS).map(|_| ())
     }
 
     /// Models with one more effect that `is_wanted`, and a gain in the screen of more than `least` nats.
     pub fn children_above(
         &self,
-        parent: &Tried,
-        tried: &mut Vec<Tried>,
+        parent: &FittedModel,
+        models: &mut Vec<FittedModel>,
         is_wanted: &dyn Fn(Kind) -> bool,
         least: f64,
-    ) -> Result<Vec<Tried>, MechanismError> {
+    ) -> Result<Vec<FittedModel>, MechanismError> {
         let times = self.times(parent);
         let Fit { effects, slots, values, sd, .. } = &parent.fit;
-        let others = Others::of(self.problem, effects, slots, values, sd);
+        let others = QuadraticCost::of(self.problem, effects, slots, values, sd);
         let kinds: Vec<Kind> = Kind::candidates(self.problem)
             .into_iter()
             .filter(|kind| is_wanted(*kind) && self.is_offered(parent, *kind))
@@ -83,7 +91,7 @@ impl Searcher<'_> {
         screened.truncate(MAX_FITTED);
         let mut children = on_all_cores(self.watch, |_| {
             let optimum = |(_, start): &(f64, Fit)| {
-                self.tried(fit(
+                self.cross_validated(fit(
                     self.problem,
                     &start.fitted_effects(),
                     Some(start),
@@ -91,14 +99,14 @@ impl Searcher<'_> {
                     MAX_STEPS,
                 ))
             };
-            Ok::<_, MechanismError>(screened.par_iter().map(optimum).collect::<Vec<Tried>>())
+            Ok::<_, MechanismError>(screened.par_iter().map(optimum).collect::<Vec<FittedModel>>())
         })?;
         children.sort_by(|a, b| b.log_evidence(&times).total_cmp(&a.log_evidence(&times)));
-        tried.extend(children.iter().cloned());
+        models.extend(children.iter().cloned());
         Ok(children)
     }
 
-    fn is_offered(&self, parent: &Tried, kind: Kind) -> bool {
+    fn is_offered(&self, parent: &FittedModel, kind: Kind) -> bool {
         let is_new = parent.fit.effects.iter().all(|e| e.kind != kind);
         // Play and elasticity of one joint share the only compliance of its equation.
         let conflicts = |other: Kind| match (kind, other) {
@@ -111,7 +119,13 @@ impl Searcher<'_> {
     }
 
     /// The gain in log evidence of the best start of a candidate after a few steps, and its values.
-    pub fn screened(&self, parent: &Tried, kind: Kind, times: &[f64], others: &Others) -> Option<(f64, Fit)> {
+    pub fn screened(
+        &self,
+        parent: &FittedModel,
+        kind: Kind,
+        times: &[f64],
+        others: &QuadraticCost,
+    ) -> Option<(f64, Fit)> {
         let scope = match kind {
             Kind::Joint(_, joint) => Scope::Joint(joint),
             Kind::EncoderOffset(joint) if self.problem.axis.is_some() => Scope::Joint(joint),
@@ -160,7 +174,7 @@ impl Searcher<'_> {
 
     /// Values of the plays with the smallest residuals at the given values of the mechanism. A nominal model that is refitted
     /// without a play has other inertias, with which impacts are at other times: from there, a fit does not find the play.
-    fn best_plays(&self, parent: &Tried, joint: usize) -> Vec<Vec<f64>> {
+    fn best_plays(&self, parent: &FittedModel, joint: usize) -> Vec<Vec<f64>> {
         let size = |values: &Vec<f64>| {
             let mut effects = parent.fit.fitted_effects();
             effects.push(Effect { kind: Kind::Joint(JointKind::Backlash, joint), values: values.clone() });

@@ -2,8 +2,8 @@
 
 use crate::common;
 use crate::model::{Effect, Nominal, Role, Slot, slots};
-use crate::others::Others;
 use crate::problem::Problem;
+use crate::quadratic_cost::QuadraticCost;
 use crate::rows::{JointRows, Scope, evaluate, normal_equations, robust_sd, weight};
 use nalgebra::{DMatrix, DVector};
 
@@ -113,7 +113,7 @@ pub(crate) enum Freedom<'a> {
     /// All, or those of the joint of the scope.
     Scope,
     /// All, with an approximation of the joints outside the scope.
-    Approximated(&'a Others),
+    Approximated(&'a QuadraticCost),
     /// The timing of drives between samples, which is no value of the model.
     Timing,
 }
@@ -181,9 +181,9 @@ pub(crate) fn fit_with(
                 continue;
             };
             let next = moved(&slots, &values, &step);
-            let tried = evaluate(problem, effects, &slots, &next, scope, false);
-            let next_sd = spread(&tried);
-            let next_cost = objective(&tried, &next_sd, &next);
+            let next_rows = evaluate(problem, effects, &slots, &next, scope, false);
+            let next_sd = spread(&next_rows);
+            let next_cost = objective(&next_rows, &next_sd, &next);
             if next_cost < cost {
                 gain = Some(cost - next_cost);
                 (values, cost) = (next, next_cost);

@@ -5,9 +5,9 @@
 //! that is larger than the noise of positions and efforts allows, or correlated in time, is not noise either.
 
 use crate::drive::Drive;
+use crate::fitted_model::FittedModel;
 use crate::problem::Problem;
 use crate::rows::noise_floor;
-use crate::tried::Tried;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -48,7 +48,7 @@ pub(crate) struct LackOfFit {
 }
 
 /// Lack of fit of a joint under a model.
-pub(crate) fn lack_of_fit(problem: &Problem, model: &Tried, joint: usize) -> LackOfFit {
+pub(crate) fn lack_of_fit(problem: &Problem, model: &FittedModel, joint: usize) -> LackOfFit {
     let residuals = &model.left_out.residuals[joint];
     let rows = crate::rows::evaluate(
         problem,

@@ -4,10 +4,10 @@
 //! part with certainty, and is not there. Effects that explain a negligible share of what was missing are detectable, but no names,
 //! unless they leave no more than noise: an imitation leaves a part of what it imitates.
 
+use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::{CERTAIN_EXPLANATION, explanation};
 use crate::rows::noise_floor;
 use crate::search::Searcher;
-use crate::tried::Tried;
 use trundle_diagnose::{MIN_MATERIAL_ERROR_RATIO, NEGLIGIBLE_SHARE};
 
 /// Share in what was missing, in units of a negligible one, below which an effect is not named: it is then more probably a
@@ -16,17 +16,17 @@ const MIN_NAMED_SHARE: f64 = 0.5;
 
 impl Searcher<'_> {
     /// Joints at which the errors rise by a material ratio without an effect.
-    pub fn material_joints(&self, simpler: &Tried, fuller: &Tried) -> Vec<usize> {
+    pub fn material_joints(&self, simpler: &FittedModel, fuller: &FittedModel) -> Vec<usize> {
         let rises = |j: &usize| square(simpler, *j) >= MIN_MATERIAL_ERROR_RATIO * square(fuller, *j);
         self.affected(simpler, fuller).into_iter().filter(rises).collect()
     }
 
     /// Largest probability of what `fuller` has in addition to `simpler`, by its share in what was missing at the joints where
     /// it is material, or by how near to the noise it comes there.
-    pub fn share_limit(&self, base: &Tried, simpler: &Tried, fuller: &Tried) -> f64 {
+    pub fn share_limit(&self, base: &FittedModel, simpler: &FittedModel, fuller: &FittedModel) -> f64 {
         let joints = self.material_joints(simpler, fuller);
         let own = |&j: &usize| {
-            let squares = [base, simpler, fuller].map(|tried| square(tried, j));
+            let squares = [base, simpler, fuller].map(|fitted| square(fitted, j));
             share_limit(squares)
                 .max(noise_limit([squares[1], squares[2]].map(f64::sqrt), noise_floor(self.problem, j)))
         };
@@ -37,19 +37,19 @@ impl Searcher<'_> {
     /// remaining effect.
     pub fn without_leftovers(
         &self,
-        base: &Tried,
-        mut model: Tried,
-        tried: &mut Vec<Tried>,
-    ) -> (Tried, Vec<f64>) {
+        base: &FittedModel,
+        mut model: FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> (FittedModel, Vec<f64>) {
         loop {
             let limit = |k: usize| {
-                let simpler = self.without_effect(&model, k, tried);
+                let simpler = self.without_effect(&model, k, models);
                 self.share_limit(base, &simpler, &model)
             };
             let limits: Vec<f64> = (0..model.fit.effects.len()).map(limit).collect();
             let least = (0..limits.len()).min_by(|a, b| limits[*a].total_cmp(&limits[*b]));
             match least {
-                Some(k) if is_leftover(limits[k]) => model = self.without_effect(&model, k, tried),
+                Some(k) if is_leftover(limits[k]) => model = self.without_effect(&model, k, models),
                 _ => return (model, limits),
             }
         }
@@ -62,8 +62,8 @@ pub(crate) fn is_leftover(limit: f64) -> bool {
 }
 
 /// Mean square of the left-out errors of a joint.
-fn square(tried: &Tried, j: usize) -> f64 {
-    tried.left_out.mean_square(j, tried.fit.sd[j])
+fn square(fitted: &FittedModel, j: usize) -> f64 {
+    fitted.left_out.mean_square(j, fitted.fit.sd[j])
 }
 
 /// Largest probability of an effect by the mean squares of the nominal model, without the effect, and with it: its share in what

@@ -1,9 +1,9 @@
 //! Where a model's residual is large: joints, times, and kinds of motion.
 
 use crate::answer::JointWindow;
+use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::LackOfFit;
 use crate::problem::Problem;
-use crate::tried::Tried;
 use std::collections::BTreeMap;
 
 /// Parts of an episode that are compared.
@@ -25,7 +25,7 @@ struct Sample {
     side: f64,
 }
 
-fn samples(problem: &Problem, model: &Tried, joint: usize) -> Vec<Sample> {
+fn samples(problem: &Problem, model: &FittedModel, joint: usize) -> Vec<Sample> {
     let fit = &model.fit;
     let rows = crate::rows::evaluate(
         problem,
@@ -60,12 +60,12 @@ fn rms<'a>(samples: impl Iterator<Item = &'a Sample>) -> f64 {
 /// does, relative to the squared effort.
 pub(crate) fn shares(
     problem: &Problem,
-    before: &Tried,
-    after: &Tried,
+    before: &FittedModel,
+    after: &FittedModel,
     lack: &[LackOfFit],
 ) -> BTreeMap<String, f64> {
     let part = |j: usize| {
-        let square = |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]);
+        let square = |fitted: &FittedModel| fitted.left_out.mean_square(j, fitted.fit.sd[j]);
         let gain = (square(before) - square(after)).max(lack[j].mean_square);
         gain / problem.joints[j].scales.effort.powi(2).max(f64::MIN_POSITIVE)
     };
@@ -76,7 +76,7 @@ pub(crate) fn shares(
 }
 
 /// Parts of episodes in which the residual is largest.
-pub(crate) fn windows(problem: &Problem, model: &Tried) -> Vec<JointWindow> {
+pub(crate) fn windows(problem: &Problem, model: &FittedModel) -> Vec<JointWindow> {
     let mut found = vec![];
     for (j, joint) in problem.joints.iter().enumerate() {
         let all = samples(problem, model, j);
@@ -105,7 +105,7 @@ pub(crate) fn windows(problem: &Problem, model: &Tried) -> Vec<JointWindow> {
 }
 
 /// The motion during which a joint's residual is large, in words; `None` if it depends on none.
-pub(crate) fn regime(problem: &Problem, model: &Tried, joint: usize) -> Option<String> {
+pub(crate) fn regime(problem: &Problem, model: &FittedModel, joint: usize) -> Option<String> {
     let all = samples(problem, model, joint);
     let setup = &problem.joints[joint];
     let speed_unit = if setup.is_hinge { "rad/s" } else { "m/s" };

@@ -1,26 +1,26 @@
 //! Models that explain the data as well as the best one, or almost.
 
 use crate::answer::JointAlternative;
+use crate::fitted_model::{FittedModel, SearchResult};
 use crate::model::{Kind, label, place};
 use crate::problem::Problem;
 use crate::search::Searcher;
-use crate::tried::{Found, Tried};
 use trundle_diagnose::MAX_TIE_DIFFERENCE_NATS;
 
 /// Least probability of an alternative that is reported.
 const MIN_ALTERNATIVE_PROBABILITY: f64 = 0.005;
 
-/// Posterior weight of every tried model. Models that are as wrong as the best one are as probable. A set of effects that was
+/// Posterior weight of every fitted model. Models that are as wrong as the best one are as probable. A set of effects that was
 /// fitted repeatedly has the weight of its best fit.
-pub(crate) fn weights(searcher: &Searcher<'_>, found: &Found, times: &[f64]) -> Vec<f64> {
+pub(crate) fn weights(searcher: &Searcher<'_>, found: &SearchResult, times: &[f64]) -> Vec<f64> {
     let least = found.best.log_evidence(times);
-    let log = |tried: &Tried| match searcher.is_as_wrong(&found.best, tried) {
-        true => tried.log_evidence(times).max(least),
-        false => tried.log_evidence(times),
+    let log = |fitted: &FittedModel| match searcher.is_as_wrong(&found.best, fitted) {
+        true => fitted.log_evidence(times).max(least),
+        false => fitted.log_evidence(times),
     };
-    let logs: Vec<f64> = found.tried.iter().map(log).collect();
+    let logs: Vec<f64> = found.models.iter().map(log).collect();
     let best = logs.iter().copied().fold(least, f64::max);
-    let kinds: Vec<Vec<Kind>> = found.tried.iter().map(Tried::kinds).collect();
+    let kinds: Vec<Vec<Kind>> = found.models.iter().map(FittedModel::kinds).collect();
     let is_repeated =
         |k: usize| (0..kinds.len()).any(|o| kinds[o] == kinds[k] && o != k && (logs[o], k) > (logs[k], o));
     let weight = |k: usize| if is_repeated(k) { 0.0 } else { (logs[k] - best).exp() };
@@ -30,34 +30,35 @@ pub(crate) fn weights(searcher: &Searcher<'_>, found: &Found, times: &[f64]) -> 
 }
 
 /// Share of the weight of models with an effect, among models no larger than the best one.
-pub(crate) fn probability_of(found: &Found, weights: &[f64], kind: Kind) -> f64 {
+pub(crate) fn probability_of(found: &SearchResult, weights: &[f64], kind: Kind) -> f64 {
     let most = found.best.fit.effects.len();
     let of = |with: bool| -> f64 {
-        let pairs = found.tried.iter().zip(weights).filter(|(tried, _)| tried.fit.effects.len() <= most);
-        pairs.filter(|(tried, _)| !with || tried.kinds().contains(&kind)).map(|(_, weight)| weight).sum()
+        let pairs = found.models.iter().zip(weights).filter(|(fitted, _)| fitted.fit.effects.len() <= most);
+        pairs.filter(|(fitted, _)| !with || fitted.kinds().contains(&kind)).map(|(_, weight)| weight).sum()
     };
     let all = of(false);
     if all > 0.0 { of(true) / all } else { 1.0 }
 }
 
 /// Sets of effects whose models fit as well as the best one, its own first.
-pub(crate) fn tied(problem: &Problem, found: &Found, times: &[f64]) -> Vec<Vec<String>> {
-    let names =
-        |tried: &Tried| -> Vec<String> { tried.kinds().iter().map(|kind| label(problem, *kind)).collect() };
+pub(crate) fn tied(problem: &Problem, found: &SearchResult, times: &[f64]) -> Vec<Vec<String>> {
+    let names = |fitted: &FittedModel| -> Vec<String> {
+        fitted.kinds().iter().map(|kind| label(problem, *kind)).collect()
+    };
     let best = &found.best;
     if best.fit.effects.is_empty() {
         return vec![];
     }
     let mut sets = vec![names(best)];
-    for tried in &found.tried {
+    for fitted in &found.models {
         // The data determine no more parameters, and the fit is as good; or the evidence is.
-        let close = tried.fit.cost(times) - best.fit.cost(times) < MAX_TIE_DIFFERENCE_NATS;
-        let is_as_simple = tried.fit.rank < best.fit.rank + 1.0;
-        let difference = best.log_evidence(times) - tried.log_evidence(times);
+        let close = fitted.fit.cost(times) - best.fit.cost(times) < MAX_TIE_DIFFERENCE_NATS;
+        let is_as_simple = fitted.fit.rank < best.fit.rank + 1.0;
+        let difference = best.log_evidence(times) - fitted.log_evidence(times);
         let is_like = close && is_as_simple || difference < MAX_TIE_DIFFERENCE_NATS;
-        let is_as_many = tried.fit.effects.len() == best.fit.effects.len();
-        if is_like && is_as_many && !sets.contains(&names(tried)) {
-            sets.push(names(tried));
+        let is_as_many = fitted.fit.effects.len() == best.fit.effects.len();
+        if is_like && is_as_many && !sets.contains(&names(fitted)) {
+            sets.push(names(fitted));
         }
     }
     sets
@@ -81,13 +82,17 @@ pub(crate) fn single_ties(sets: &[Vec<String>]) -> Vec<Vec<String>> {
 }
 
 /// Effects that explain the data almost as well.
-pub(crate) fn alternatives(problem: &Problem, found: &Found, weights: &[f64]) -> Vec<JointAlternative> {
+pub(crate) fn alternatives(
+    problem: &Problem,
+    found: &SearchResult,
+    weights: &[f64],
+) -> Vec<JointAlternative> {
     let own = found.best.kinds();
     let mut all: Vec<JointAlternative> = vec![];
-    for (tried, weight) in found.tried.iter().zip(weights) {
-        let new: Vec<Kind> = tried.kinds().into_iter().filter(|kind| !own.contains(kind)).collect();
+    for (fitted, weight) in found.models.iter().zip(weights) {
+        let new: Vec<Kind> = fitted.kinds().into_iter().filter(|kind| !own.contains(kind)).collect();
         let [kind] = new[..] else { continue };
-        if tried.fit.effects.len() > own.len() || *weight < MIN_ALTERNATIVE_PROBABILITY {
+        if fitted.fit.effects.len() > own.len() || *weight < MIN_ALTERNATIVE_PROBABILITY {
             continue;
         }
         let found_place = place(problem, kind);
@@ -109,24 +114,24 @@ mod tests {
     use super::weights;
     use crate::cross_validation::LeftOut;
     use crate::fit::fit;
+    use crate::fitted_model::{FittedModel, SearchResult};
     use crate::laws::JointKind;
     use crate::model::{Effect, Kind};
     use crate::rows::{Scope, noise_floor, tests::carriage};
     use crate::search::Searcher;
-    use crate::tried::{Found, Tried};
     use trundle_infer::Quiet;
 
     #[test]
     fn a_set_that_was_fitted_repeatedly_counts_once() {
         let problem = carriage("joint", Some(|t| -4.0 * (3.0 * t).sin()));
         let searcher = Searcher::new(&problem, &[], &Quiet);
-        let tried = |kind: JointKind| -> Tried {
+        let with_effect = |kind: JointKind| -> FittedModel {
             let effects = [Effect { kind: Kind::Joint(kind, 0), values: vec![0.1] }];
-            searcher.tried(fit(&problem, &effects, None, Scope::Training, 0))
+            searcher.cross_validated(fit(&problem, &effects, None, Scope::Training, 0))
         };
-        let (one, other) = (tried(JointKind::ViscousFriction), tried(JointKind::AirDrag));
-        let of = |tried: Vec<Tried>| {
-            let found = Found { base: one.clone(), best: one.clone(), support: vec![], tried };
+        let (one, other) = (with_effect(JointKind::ViscousFriction), with_effect(JointKind::AirDrag));
+        let of = |models: Vec<FittedModel>| {
+            let found = SearchResult { base: one.clone(), best: one.clone(), support: vec![], models };
             weights(&searcher, &found, &searcher.times(&one))
         };
         let once = of(vec![one.clone(), other.clone()]);
@@ -139,9 +144,9 @@ mod tests {
         let problem = carriage("joint", Some(|t| -4.0 * (3.0 * t).sin()));
         let searcher = Searcher::new(&problem, &[], &Quiet);
         // A model with one effect, and left-out errors of a multiple of the noise.
-        let tried = |kind: JointKind, noises: f64| -> Tried {
+        let with_effect = |kind: JointKind, noises: f64| -> FittedModel {
             let effects = [Effect { kind: Kind::Joint(kind, 0), values: vec![0.1] }];
-            let mut found = searcher.tried(fit(&problem, &effects, None, Scope::Training, 0));
+            let mut found = searcher.cross_validated(fit(&problem, &effects, None, Scope::Training, 0));
             let size = noises * noise_floor(&problem, 0);
             found.fit.sd[0] = size;
             found.left_out = LeftOut { residuals: vec![vec![vec![size; 20]]] };
@@ -151,9 +156,9 @@ mod tests {
         for (best, rival, expected) in
             [(5.0, 5.5, true), (5.0, 5.7, false), (5.0, 1.0, true), (1.9, 1.9, false)]
         {
-            let found = searcher.is_as_wrong(&tried(one, best), &tried(other, rival));
+            let found = searcher.is_as_wrong(&with_effect(one, best), &with_effect(other, rival));
             assert_eq!(found, expected, "{best} {rival}");
         }
-        assert!(!searcher.is_as_wrong(&tried(one, 5.0), &tried(one, 5.0)));
+        assert!(!searcher.is_as_wrong(&with_effect(one, 5.0), &with_effect(one, 5.0)));
     }
 }

@@ -51,7 +51,7 @@ pub(crate) enum Scope {
     Training,
     /// All joints in the held-out episodes.
     HeldOut,
-    /// One joint in the training episodes; the equations of the others are approximated, see [`crate::others`].
+    /// One joint in the training episodes; the equations of the others are approximated, see [`crate::quadratic_cost`].
     Joint(usize),
 }
 

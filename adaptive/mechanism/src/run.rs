@@ -9,6 +9,7 @@ use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
 use crate::figures::figures;
 use crate::fit::{Fit, Freedom, MAX_STEPS, fit_with};
+use crate::fitted_model::{FittedModel, SearchResult, Support};
 use crate::intervals::{Interval, are_defined, intervals};
 use crate::lack_of_fit::{LackOfFit, lack_of_fit};
 use crate::leftovers::is_leftover;
@@ -23,7 +24,6 @@ use crate::rivals::{alternatives, probability_of, single_ties, tied, weights};
 use crate::rows::Scope;
 use crate::search::Searcher;
 use crate::statement::statement;
-use crate::tried::{Found, Support, Tried};
 use crate::units::Unit;
 use std::collections::BTreeMap;
 use trundle_diagnose::{
@@ -75,7 +75,7 @@ pub fn diagnose_joints(
 fn concluded(
     problem: &Problem,
     searcher: &Searcher<'_>,
-    found: &mut Found,
+    found: &mut SearchResult,
     verdict: Verdict,
     lack: [&[LackOfFit]; 2],
 ) -> Result<JointAnswer, MechanismError> {
@@ -85,7 +85,7 @@ fn concluded(
     }
     let limits = limits(problem, searcher, found, lack);
     if verdict != Verdict::Unexplained {
-        searcher.try_further(&found.best, &mut found.tried)?;
+        searcher.fit_further_children(&found.best, &mut found.models)?;
     }
     searcher.watch.progress("figures", 0.0);
     Ok(answer(problem, searcher, found, verdict, lack, &limits))
@@ -94,7 +94,7 @@ fn concluded(
 /// A search with the lack of fit of each joint, without and with the effects that it found.
 struct Searched {
     problem: Problem,
-    found: Found,
+    found: SearchResult,
     before: Vec<LackOfFit>,
     after: Vec<LackOfFit>,
 }
@@ -104,13 +104,13 @@ fn search(problem: Problem, without: &[String], watch: &dyn Watch) -> Result<Sea
     let mut found = Searcher::new(&problem, without, watch).run()?;
     let problem = match with_rest(&problem, &found.best.fit) {
         Some(all) => {
-            found = Searcher::new(&all, without, watch).run_again(&found)?;
+            found = Searcher::new(&all, without, watch).continue_from(&found)?;
             all
         }
         None => problem,
     };
-    let of = |tried: &Tried| -> Vec<LackOfFit> {
-        (0..problem.joints.len()).map(|j| lack_of_fit(&problem, tried, j)).collect()
+    let of = |fitted: &FittedModel| -> Vec<LackOfFit> {
+        (0..problem.joints.len()).map(|j| lack_of_fit(&problem, fitted, j)).collect()
     };
     let (before, after) = (of(&found.base), of(&found.best));
     Ok(Searched { problem, found, before, after })
@@ -141,7 +141,7 @@ fn require_samples(problem: &Problem) -> Result<(), MechanismError> {
 }
 
 /// Whether the values of the model predict left-out parts as well as the refitted ones; `None` if none are given.
-fn given_values_suffice(problem: &Problem, base: &Tried, searcher: &Searcher<'_>) -> Option<bool> {
+fn given_values_suffice(problem: &Problem, base: &FittedModel, searcher: &Searcher<'_>) -> Option<bool> {
     if problem.axis.is_some() || problem.simulator.as_ref().is_some_and(|simulator| !simulator.is_given) {
         return None;
     }
@@ -157,7 +157,7 @@ fn given_values_suffice(problem: &Problem, base: &Tried, searcher: &Searcher<'_>
 }
 
 fn verdict(
-    found: &Found,
+    found: &SearchResult,
     before: &[LackOfFit],
     after: &[LackOfFit],
     problem: &Problem,
@@ -184,7 +184,7 @@ fn verdict(
 fn answer(
     problem: &Problem,
     searcher: &Searcher<'_>,
-    found: &mut Found,
+    found: &mut SearchResult,
     verdict: Verdict,
     [before, after]: [&[LackOfFit]; 2],
     limits: &[Limit],
@@ -193,12 +193,12 @@ fn answer(
     let best = found.best.clone();
     let immaterial = immaterial(problem, searcher, found, &best);
     let bound = best.log_evidence(&times) - 2.0 * MAX_TIE_DIFFERENCE_NATS;
-    found.tried = searcher.supported(&best, &mut found.tried, &times, bound);
+    found.models = searcher.supported(&best, &mut found.models, &times, bound);
     let weights = weights(searcher, found, &times);
     let spread = intervals(problem, &best.fit, &times);
     let mut missing: Vec<JointEffect> = vec![];
     for (k, limit) in limits.iter().enumerate() {
-        let simpler = searcher.without_effect(&best, k, &mut found.tried);
+        let simpler = searcher.without_effect(&best, k, &mut found.models);
         let support = found.support.get(k).copied().unwrap_or(Support {
             probability: 0.5,
             error_ratio: 1.0,
@@ -214,10 +214,10 @@ fn answer(
     let tied = tied(problem, found, &times);
     let worst =
         (0..after.len()).max_by(|a, b| after[*a].mean_square.total_cmp(&after[*b].mean_square)).unwrap_or(0);
-    let square = |tried: &Tried, j: usize| tried.left_out.mean_square(j, tried.fit.sd[j]);
-    let total = |tried: &Tried| {
+    let square = |fitted: &FittedModel, j: usize| fitted.left_out.mean_square(j, fitted.fit.sd[j]);
+    let total = |fitted: &FittedModel| {
         (0..times.len())
-            .map(|j| square(tried, j) / problem.joints[j].scales.effort.powi(2).max(f64::MIN_POSITIVE))
+            .map(|j| square(fitted, j) / problem.joints[j].scales.effort.powi(2).max(f64::MIN_POSITIVE))
             .sum::<f64>()
     };
     let is_consistent = verdict == Verdict::Consistent;
@@ -325,20 +325,26 @@ fn reported(
 
 /// Effects that improve the prediction of left-out parts with certainty, but not by a material share, or that explain a
 /// negligible share of what was missing, each in addition to the best model. Of several names for one joint only the best is kept.
-fn immaterial(problem: &Problem, searcher: &Searcher<'_>, found: &Found, best: &Tried) -> Vec<JointEffect> {
+fn immaterial(
+    problem: &Problem,
+    searcher: &Searcher<'_>,
+    found: &SearchResult,
+    best: &FittedModel,
+) -> Vec<JointEffect> {
     let own = best.kinds();
     let mut all: Vec<(f64, Option<usize>, JointEffect)> = vec![];
-    for tried in found.tried.iter().filter(|tried| tried.fit.effects.len() == own.len() + 1) {
-        let new = tried.fit.effects.iter().position(|effect| !own.contains(&effect.kind));
-        let (Some(k), true) = (new, own.iter().all(|kind| tried.kinds().contains(kind))) else { continue };
-        let support = searcher.support(best, tried);
-        let times = searcher.times(tried);
-        let is_small = !support.is_material() || is_leftover(searcher.share_limit(&found.base, best, tried));
-        if support.is_certain() && is_small && are_defined(problem, &tried.fit, &times) {
-            let spread = intervals(problem, &tried.fit, &times);
-            let explains = reduction(problem, &best.fit, &tried.fit);
-            let effect = reported(problem, &tried.fit, &spread, k, calibrated(support.probability), explains);
-            all.push((support.error_ratio, tried.fit.effects[k].kind.joint(), effect));
+    for fitted in found.models.iter().filter(|fitted| fitted.fit.effects.len() == own.len() + 1) {
+        let new = fitted.fit.effects.iter().position(|effect| !own.contains(&effect.kind));
+        let (Some(k), true) = (new, own.iter().all(|kind| fitted.kinds().contains(kind))) else { continue };
+        let support = searcher.support(best, fitted);
+        let times = searcher.times(fitted);
+        let is_small = !support.is_material() || is_leftover(searcher.share_limit(&found.base, best, fitted));
+        if support.is_certain() && is_small && are_defined(problem, &fitted.fit, &times) {
+            let spread = intervals(problem, &fitted.fit, &times);
+            let explains = reduction(problem, &best.fit, &fitted.fit);
+            let effect =
+                reported(problem, &fitted.fit, &spread, k, calibrated(support.probability), explains);
+            all.push((support.error_ratio, fitted.fit.effects[k].kind.joint(), effect));
         }
     }
     all.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -1,19 +1,19 @@
 //! Search for missing effects: forward selection with exchange, each effect tested on left-out parts of the training
 //! episodes.
 
+use crate::child_cache::ChildCache;
 use crate::coupling::Coupling;
 use crate::cross_validation::left_out;
 use crate::error::MechanismError;
 use crate::figures::figures;
 use crate::fit::{Fit, MAX_STEPS, fit};
+use crate::fitted_model::{FittedModel, SearchResult, Support};
 use crate::intervals::are_defined;
 use crate::lack_of_fit::{exceeds_noise, lack_of_fit, may_be_noise};
-use crate::memo::Memo;
 use crate::model::{Effect, Kind};
-use crate::others::Others;
 use crate::problem::Problem;
+use crate::quadratic_cost::QuadraticCost;
 use crate::rows::{Scope, noise_floor, weight};
-use crate::tried::{Found, Support, Tried};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use trundle_diagnose::{
@@ -32,27 +32,27 @@ pub(crate) struct Searcher<'a> {
     pub problem: &'a Problem,
     pub without: &'a [String],
     pub watch: &'a dyn Watch,
-    pub memo: Memo,
+    pub child_cache: ChildCache,
     pub coupling: Coupling,
 }
 
 impl<'a> Searcher<'a> {
     pub fn new(problem: &'a Problem, without: &'a [String], watch: &'a dyn Watch) -> Self {
-        Self { problem, without, watch, memo: Memo::default(), coupling: Coupling::of(problem) }
+        Self { problem, without, watch, child_cache: ChildCache::default(), coupling: Coupling::of(problem) }
     }
 
     /// Run the search.
-    pub fn run(&self) -> Result<Found, MechanismError> {
+    pub fn run(&self) -> Result<SearchResult, MechanismError> {
         self.watch.progress("the mechanism under test", 0.0);
-        let base = self.tried(fit(self.problem, &[], None, Scope::Training, MAX_STEPS));
-        self.continued(base.clone(), base.clone(), vec![base])
+        let base = self.cross_validated(fit(self.problem, &[], None, Scope::Training, MAX_STEPS));
+        self.forward_selection(base.clone(), base.clone(), vec![base])
     }
 
     /// Continue a search whose problem has changed a little: all its models are fitted again.
-    pub fn run_again(&self, before: &Found) -> Result<Found, MechanismError> {
-        let again = |steps: usize| {
-            move |old: &Tried| {
-                self.tried(fit(
+    pub fn continue_from(&self, before: &SearchResult) -> Result<SearchResult, MechanismError> {
+        let refitted = |steps: usize| {
+            move |old: &FittedModel| {
+                self.cross_validated(fit(
                     self.problem,
                     &old.fit.fitted_effects(),
                     Some(&old.fit),
@@ -61,47 +61,47 @@ impl<'a> Searcher<'a> {
                 ))
             }
         };
-        let tried = on_all_cores(self.watch, |_| {
+        let models = on_all_cores(self.watch, |_| {
             Ok::<_, MechanismError>(
-                before.tried.par_iter().map(again(SCREENING_STEPS)).collect::<Vec<Tried>>(),
+                before.models.par_iter().map(refitted(SCREENING_STEPS)).collect::<Vec<FittedModel>>(),
             )
         })?;
-        self.continued(again(MAX_STEPS)(&before.base), again(MAX_STEPS)(&before.best), tried)
+        self.forward_selection(refitted(MAX_STEPS)(&before.base), refitted(MAX_STEPS)(&before.best), models)
     }
 
-    fn continued(
+    fn forward_selection(
         &self,
-        base: Tried,
-        mut best: Tried,
-        mut tried: Vec<Tried>,
-    ) -> Result<Found, MechanismError> {
+        base: FittedModel,
+        mut best: FittedModel,
+        mut models: Vec<FittedModel>,
+    ) -> Result<SearchResult, MechanismError> {
         let limit = MAX_EFFECTS_PER_JOINT * self.problem.joints.len();
         while best.fit.effects.len() < limit {
             self.watch.progress("missing effects", best.fit.effects.len() as f64 / limit as f64);
-            let next = self.extended(&best, &mut tried)?;
+            let next = self.extended(&best, &mut models)?;
             let Some(next) = next else { break };
-            best = self.exchanged(next, &mut tried)?;
+            best = self.exchanged(next, &mut models)?;
             // Another effect must not make up for a law that is too simple.
-            best = self.refined(best, &mut tried)?;
+            best = self.refined(best, &mut models)?;
         }
-        best = self.merged(best, &mut tried)?;
-        best = self.refined(best, &mut tried)?;
-        best = self.reduced(best, &mut tried)?;
-        best = self.with_best_gains(best, &mut tried)?;
-        let support = self.support_of_all(&best, &mut tried);
-        Ok(Found { base, best, support, tried })
+        best = self.merged(best, &mut models)?;
+        best = self.refined(best, &mut models)?;
+        best = self.reduced(best, &mut models)?;
+        best = self.with_best_gains(best, &mut models)?;
+        let support = self.support_of_all(&best, &mut models);
+        Ok(SearchResult { base, best, support, models })
     }
 
     /// A model with given effects, fitted to its optimum. Values are further starting points.
     ///
     /// # Errors
     /// With the effect that cannot be fitted.
-    pub fn with_effects(&self, effects: &[(Kind, Option<Vec<f64>>)]) -> Result<Tried, Kind> {
-        let mut model = self.tried(fit(self.problem, &[], None, Scope::Training, MAX_STEPS));
+    pub fn with_effects(&self, effects: &[(Kind, Option<Vec<f64>>)]) -> Result<FittedModel, Kind> {
+        let mut model = self.cross_validated(fit(self.problem, &[], None, Scope::Training, MAX_STEPS));
         for (kind, values) in effects {
             let times = self.times(&model);
             let Fit { effects, slots, values: fitted, sd, .. } = &model.fit;
-            let others = Others::of(self.problem, effects, slots, fitted, sd);
+            let others = QuadraticCost::of(self.problem, effects, slots, fitted, sd);
             let screened = self.screened(&model, *kind, &times, &others).map(|(_, start)| start);
             let given = values.clone().map(|values| {
                 let all = [model.fit.fitted_effects(), vec![Effect { kind: *kind, values }]].concat();
@@ -113,21 +113,21 @@ impl<'a> Searcher<'a> {
             let best =
                 screened.into_iter().chain(given).map(optimum).filter(|fit| fit.cost(&times).is_finite());
             let best = best.min_by(|a, b| a.cost(&times).total_cmp(&b.cost(&times)));
-            model = self.tried(best.ok_or(*kind)?);
+            model = self.cross_validated(best.ok_or(*kind)?);
         }
         Ok(model)
     }
 
-    pub fn tried(&self, fit: Fit) -> Tried {
+    pub fn cross_validated(&self, fit: Fit) -> FittedModel {
         let left_out = left_out(self.problem, &fit);
         let (offered, count) = (Kind::candidates(self.problem).len(), fit.effects.len());
         // Sets of a number of effects are equally probable.
         let log_prior = (0..count).map(|k| ((k + 1) as f64 / (offered - k) as f64).ln()).sum();
-        Tried { fit, left_out, log_prior }
+        FittedModel { fit, left_out, log_prior }
     }
 
     /// Correlation time of each joint's left-out residuals, samples.
-    pub fn times(&self, model: &Tried) -> Vec<f64> {
+    pub fn times(&self, model: &FittedModel) -> Vec<f64> {
         let time = |residuals: &Vec<Vec<f64>>| {
             let sample = |r: &f64| PredictedSample { cost: 0.0, residual: [*r, 0.0, 0.0] };
             let all: PredictedSamples =
@@ -138,11 +138,15 @@ impl<'a> Searcher<'a> {
     }
 
     /// The best model with one more effect that passes the tests, or with two more of which each does.
-    fn extended(&self, parent: &Tried, tried: &mut Vec<Tried>) -> Result<Option<Tried>, MechanismError> {
-        let children = self.children(parent, tried)?;
+    fn extended(
+        &self,
+        parent: &FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> Result<Option<FittedModel>, MechanismError> {
+        let children = self.children(parent, models)?;
         let mut passing = vec![];
         for child in &children {
-            if self.improves(parent, child) && self.all_pass(child, tried) {
+            if self.improves(parent, child) && self.all_pass(child, models) {
                 passing.push(child.clone());
             }
         }
@@ -151,9 +155,9 @@ impl<'a> Searcher<'a> {
             passing.sort_by(|a, b| b.log_evidence(&times).total_cmp(&a.log_evidence(&times)));
             return Ok(passing.into_iter().next());
         }
-        for child in children.iter().take(MAX_PARENTS).chain(&self.masked(parent, &children, tried)?) {
-            for grandchild in self.children(child, tried)? {
-                if self.improves(child, &grandchild) && self.all_pass(&grandchild, tried) {
+        for child in children.iter().take(MAX_PARENTS).chain(&self.masked(parent, &children, models)?) {
+            for grandchild in self.children(child, models)? {
+                if self.improves(child, &grandchild) && self.all_pass(&grandchild, models) {
                     return Ok(Some(grandchild));
                 }
             }
@@ -165,24 +169,25 @@ impl<'a> Searcher<'a> {
     /// effects alone may leave a residual that is as correlated in time.
     fn masked(
         &self,
-        parent: &Tried,
-        known: &[Tried],
-        tried: &mut Vec<Tried>,
-    ) -> Result<Vec<Tried>, MechanismError> {
+        parent: &FittedModel,
+        known: &[FittedModel],
+        models: &mut Vec<FittedModel>,
+    ) -> Result<Vec<FittedModel>, MechanismError> {
         let exceeds_noise = |j: &usize| lack_of_fit(self.problem, parent, *j).exceeds_noise;
         let misfitting: Vec<usize> = (0..self.problem.joints.len()).filter(exceeds_noise).collect();
         if misfitting.is_empty() {
             return Ok(vec![]);
         }
-        let is_known = |kind: Kind| known.iter().take(MAX_PARENTS).any(|tried| tried.kinds().contains(&kind));
+        let is_known =
+            |kind: Kind| known.iter().take(MAX_PARENTS).any(|fitted| fitted.kinds().contains(&kind));
         let is_wanted = |kind: Kind| kind.joint().is_some_and(|j| misfitting.contains(&j)) && !is_known(kind);
-        let mut found = self.children_above(parent, tried, &is_wanted, f64::NEG_INFINITY)?;
+        let mut found = self.children_above(parent, models, &is_wanted, f64::NEG_INFINITY)?;
         found.truncate(MAX_PARENTS);
         Ok(found)
     }
 
     /// Whether what `fuller` has in addition passes the tests, and the evidence for it is larger.
-    fn improves(&self, simpler: &Tried, fuller: &Tried) -> bool {
+    fn improves(&self, simpler: &FittedModel, fuller: &FittedModel) -> bool {
         let times = self.times(fuller);
         fuller.log_evidence(&times) > simpler.log_evidence(&times)
             && self.support(simpler, fuller).passes()
@@ -191,8 +196,8 @@ impl<'a> Searcher<'a> {
 
     /// Whether the simulated motion of an axis is no worse, where it can be simulated. Where no inertia is given, effects
     /// can balance each other's efforts without any motion.
-    pub fn predicts(&self, simpler: &Tried, fuller: &Tried) -> bool {
-        let error = |tried: &Tried| figures(self.problem, &tried.fit, false)?.relative_window_rmse;
+    pub fn predicts(&self, simpler: &FittedModel, fuller: &FittedModel) -> bool {
+        let error = |fitted: &FittedModel| figures(self.problem, &fitted.fit, false)?.relative_window_rmse;
         match (error(simpler), error(fuller)) {
             (Some(before), Some(after)) => after * after <= MIN_MATERIAL_ERROR_RATIO * before * before,
             _ => true,
@@ -200,7 +205,7 @@ impl<'a> Searcher<'a> {
     }
 
     /// Support for what `fuller` has in addition to `simpler`.
-    pub fn support(&self, simpler: &Tried, fuller: &Tried) -> Support {
+    pub fn support(&self, simpler: &FittedModel, fuller: &FittedModel) -> Support {
         let times = self.times(fuller);
         let joints = self.affected(simpler, fuller);
         let (mut with, mut without): (PredictedSamples, PredictedSamples) = (vec![], vec![]);
@@ -208,13 +213,14 @@ impl<'a> Searcher<'a> {
         let mut ratio: f64 = 1.0;
         let mut may_be_noise = true;
         for j in joints {
-            let sd =
-                |tried: &Tried| tried.left_out.mean_square(j, tried.fit.sd[j]).sqrt().max(tried.fit.sd[j]);
-            let predicted = |tried: &Tried| -> PredictedSamples {
-                let sd = sd(tried);
+            let sd = |fitted: &FittedModel| {
+                fitted.left_out.mean_square(j, fitted.fit.sd[j]).sqrt().max(fitted.fit.sd[j])
+            };
+            let predicted = |fitted: &FittedModel| -> PredictedSamples {
+                let sd = sd(fitted);
                 let cost = |r: f64| sd.ln() + 0.5 * (r / sd).powi(2) * weight(r, sd);
                 let one = |r: &f64| PredictedSample { cost: cost(*r), residual: [r / sd, 0.0, 0.0] };
-                tried.left_out.residuals[j].iter().map(|fold| fold.iter().map(one).collect()).collect()
+                fitted.left_out.residuals[j].iter().map(|fold| fold.iter().map(one).collect()).collect()
             };
             with.extend(predicted(fuller));
             without.extend(predicted(simpler));
@@ -228,7 +234,7 @@ impl<'a> Searcher<'a> {
 
     /// Joints whose equations the difference of two models enters. Parameters of all joints change a little with every
     /// effect; that is no evidence about it. A gain enters the equations of the joints that move the same free masses.
-    pub fn affected(&self, simpler: &Tried, fuller: &Tried) -> Vec<usize> {
+    pub fn affected(&self, simpler: &FittedModel, fuller: &FittedModel) -> Vec<usize> {
         let (own, other) = (simpler.kinds(), fuller.kinds());
         let difference =
             other.iter().filter(|k| !own.contains(k)).chain(own.iter().filter(|k| !other.contains(k)));
@@ -244,25 +250,32 @@ impl<'a> Searcher<'a> {
         found.into_iter().filter(|j| fuller.fit.samples[*j] > 0).collect()
     }
 
-    pub fn support_of_all(&self, model: &Tried, tried: &mut Vec<Tried>) -> Vec<Support> {
+    pub fn support_of_all(&self, model: &FittedModel, models: &mut Vec<FittedModel>) -> Vec<Support> {
         (0..model.fit.effects.len())
-            .map(|k| self.support(&self.without_effect(model, k, tried), model))
+            .map(|k| self.support(&self.without_effect(model, k, models), model))
             .collect()
     }
 
     /// Models that the data support: the nominal one, and those whose effects all pass the tests. Models with less evidence
     /// than `bound` are not tested, unless they are as wrong as the best one.
-    pub fn supported(&self, best: &Tried, tried: &mut Vec<Tried>, times: &[f64], bound: f64) -> Vec<Tried> {
-        let all = tried.clone();
-        let is_rival = |model: &Tried| model.log_evidence(times) >= bound || self.is_as_wrong(best, model);
-        all.iter().filter(|model| !is_rival(model) || self.all_pass(model, tried)).cloned().collect()
+    pub fn supported(
+        &self,
+        best: &FittedModel,
+        models: &mut Vec<FittedModel>,
+        times: &[f64],
+        bound: f64,
+    ) -> Vec<FittedModel> {
+        let all = models.clone();
+        let competes =
+            |model: &FittedModel| model.log_evidence(times) >= bound || self.is_as_wrong(best, model);
+        all.iter().filter(|model| !competes(model) || self.all_pass(model, models)).cloned().collect()
     }
 
     /// Whether a model with as many other effects predicts left-out parts about as badly as the best one: the errors of the best
     /// one exceed the noise, and those of the other are not larger by a material share. The likelihood of such models tells how
     /// well a wrong law imitates the residual, and nothing about the cause.
-    pub fn is_as_wrong(&self, best: &Tried, other: &Tried) -> bool {
-        let square = |tried: &Tried, j: usize| tried.left_out.mean_square(j, tried.fit.sd[j]);
+    pub fn is_as_wrong(&self, best: &FittedModel, other: &FittedModel) -> bool {
+        let square = |fitted: &FittedModel, j: usize| fitted.left_out.mean_square(j, fitted.fit.sd[j]);
         let are_alike = |&j: &usize| {
             exceeds_noise(square(best, j).sqrt(), noise_floor(self.problem, j))
                 && square(other, j) < MIN_MATERIAL_ERROR_RATIO * square(best, j)
@@ -272,8 +285,8 @@ impl<'a> Searcher<'a> {
             && self.affected(other, best).iter().all(are_alike)
     }
 
-    pub fn all_pass(&self, model: &Tried, tried: &mut Vec<Tried>) -> bool {
+    pub fn all_pass(&self, model: &FittedModel, models: &mut Vec<FittedModel>) -> bool {
         are_defined(self.problem, &model.fit, &self.times(model))
-            && self.support_of_all(model, tried).iter().all(|support| support.passes())
+            && self.support_of_all(model, models).iter().all(|support| support.passes())
     }
 }

@@ -26,15 +26,15 @@ impl Competing {
     /// Fit the model with some effects to the training episodes.
     pub fn new(searcher: &Searcher<'_>, effects: &[GivenEffect]) -> Result<Self, MechanismError> {
         let problem = searcher.problem;
-        let tried = searcher.with_effects(effects).map_err(|kind| MechanismError::Unsuitable {
+        let model = searcher.with_effects(effects).map_err(|kind| MechanismError::Unsuitable {
             recording: problem.name.clone(),
             reason: format!("{} cannot be fitted to the recording", label(problem, kind)),
             remedy: "compare another explanation, or record more motion".to_owned(),
         })?;
-        let times = searcher.times(&tried);
+        let times = searcher.times(&model);
         let unexplained =
-            (0..problem.joints.len()).map(|j| lack_of_fit(problem, &tried, j).is_material).collect();
-        Ok(Self { times, unexplained, fit: tried.fit })
+            (0..problem.joints.len()).map(|j| lack_of_fit(problem, &model, j).is_material).collect();
+        Ok(Self { times, unexplained, fit: model.fit })
     }
 
     /// Kinds of its effects, sorted.

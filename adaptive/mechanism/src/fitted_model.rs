@@ -11,14 +11,14 @@ const CERTAIN_ERROR_RATIO: f64 = 2.0;
 
 /// A fitted model with its predictions of left-out parts.
 #[derive(Clone, Debug)]
-pub(crate) struct Tried {
+pub(crate) struct FittedModel {
     pub fit: Fit,
     pub left_out: LeftOut,
     /// Logarithmic prior probability of its effects among as many.
     pub log_prior: f64,
 }
 
-impl Tried {
+impl FittedModel {
     pub fn kinds(&self) -> Vec<Kind> {
         let mut kinds: Vec<Kind> = self.fit.effects.iter().map(|e| e.kind).collect();
         kinds.sort();
@@ -64,13 +64,13 @@ impl Support {
 }
 
 /// Result of the search.
-pub(crate) struct Found {
-    pub base: Tried,
-    pub best: Tried,
+pub(crate) struct SearchResult {
+    pub base: FittedModel,
+    pub best: FittedModel,
     /// Support of each effect of the best model.
     pub support: Vec<Support>,
     /// All models that were fitted to their optimum.
-    pub tried: Vec<Tried>,
+    pub models: Vec<FittedModel>,
 }
 
 #[cfg(test)]

@@ -1,27 +1,27 @@
-//! Models with one more effect that a search has fitted already.
+//! Cache of the models with one more effect that a search has fitted.
 
+use crate::fitted_model::FittedModel;
 use crate::model::Kind;
-use crate::tried::Tried;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 /// Largest difference of the costs of two fits of a model that count as the same, nats.
 const SAME_COST_NATS: f64 = 0.01;
 
-/// Children of models, by the models' effects.
+/// Children of models, by the effects of the models.
 #[derive(Debug, Default)]
-pub(crate) struct Memo(Mutex<BTreeMap<Vec<Kind>, Children>>);
+pub(crate) struct ChildCache(Mutex<BTreeMap<Vec<Kind>, Children>>);
 
 #[derive(Debug)]
 struct Children {
     /// Cost of the fit of the model to which they belong.
     cost: f64,
-    models: Vec<Tried>,
+    models: Vec<FittedModel>,
 }
 
-impl Memo {
+impl ChildCache {
     /// The children of a fit with a cost.
-    pub fn get(&self, parent: &Tried, cost: f64) -> Option<Vec<Tried>> {
+    pub fn get(&self, parent: &FittedModel, cost: f64) -> Option<Vec<FittedModel>> {
         let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.get(&parent.kinds())
             .filter(|known| (known.cost - cost).abs() < SAME_COST_NATS)
@@ -29,7 +29,7 @@ impl Memo {
     }
 
     /// Keep the children of a fit with a cost.
-    pub fn insert(&self, parent: &Tried, cost: f64, children: &[Tried]) {
+    pub fn insert(&self, parent: &FittedModel, cost: f64, children: &[FittedModel]) {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.insert(parent.kinds(), Children { cost, models: children.to_vec() });
     }

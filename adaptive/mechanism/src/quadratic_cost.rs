@@ -1,4 +1,4 @@
-//! The equations of joints that a screening fit does not evaluate again.
+//! Quadratic approximation of the cost of joints that a screening fit does not evaluate again.
 
 use crate::model::{Effect, Slot};
 use crate::prior::Prior;
@@ -6,16 +6,15 @@ use crate::problem::Problem;
 use crate::rows::{JointRows, Scope, evaluate, normal_equations};
 use nalgebra::{DMatrix, DVector};
 
-/// The equations of all joints at a fit: a quadratic approximation of the cost of those joints that are not evaluated
-/// again.
+/// The normal equations of each joint at a fit, which approximate the cost of the joints that are not evaluated again.
 #[derive(Clone, Debug)]
-pub(crate) struct Others {
+pub(crate) struct QuadraticCost {
     values: Vec<f64>,
     /// Matrix and right-hand side of the normal equations of each joint, without the prior.
     joints: Vec<(DMatrix<f64>, DVector<f64>)>,
 }
 
-impl Others {
+impl QuadraticCost {
     /// Those of a model with values and standard deviations of the joints' residuals.
     pub fn of(problem: &Problem, effects: &[Effect], slots: &[Slot], values: &[f64], sd: &[f64]) -> Self {
         let rows = evaluate(problem, effects, slots, values, Scope::Training, true);
