@@ -4,6 +4,9 @@ use crate::answer::{
     JointAnswer, JointBeforeAfter, JointEffect, JointFit, JointMismatch, JointNominal, JointParameter,
     JointResidual,
 };
+use crate::competing_models::{
+    alternatives, inclusion_probability, posterior_weights, single_ties, tied_sets,
+};
 use crate::coupling::Coupling;
 use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
@@ -12,17 +15,16 @@ use crate::fit::{Fit, Freedom, MAX_STEPS, fit_with};
 use crate::fitted_model::{FittedModel, SearchResult, Support};
 use crate::intervals::{Interval, are_defined, intervals};
 use crate::lack_of_fit::{LackOfFit, lack_of_fit};
-use crate::leftovers::is_leftover;
-use crate::limits::{Limit, explained, limits, remaining};
 use crate::location::{regime, shares, windows};
 use crate::model::{Kind, Role, place};
 use crate::motion::Motion;
 use crate::outcome::JointOutcome;
+use crate::probability_limits::{ProbabilityLimit, explained, probability_limits, remaining};
 use crate::problem::Problem;
 use crate::rest::with_rest;
-use crate::rivals::{alternatives, probability_of, single_ties, tied, weights};
 use crate::rows::Scope;
 use crate::search::Searcher;
+use crate::spurious_effects::is_spurious;
 use crate::statement::statement;
 use crate::units::Unit;
 use std::collections::BTreeMap;
@@ -35,7 +37,7 @@ use trundle_record::JointRecording;
 
 /// Fewest independent samples of a joint: five for each parameter of an axis with two effects.
 const MIN_SAMPLES: usize = 30;
-/// Reduction of the misfit, see [`explained`], below which there is no name. On the tuning range of the benchmark four of 13
+/// Reduction of the misfit, see [`explained`], below which no effect is named. On the tuning range of the benchmark four of 13
 /// wrong names are below it, and no correct answer.
 const MIN_EXPLANATION: f64 = 0.15;
 
@@ -83,7 +85,7 @@ fn concluded(
         found.best = found.base.clone();
         found.support.clear();
     }
-    let limits = limits(problem, searcher, found, lack);
+    let limits = probability_limits(problem, searcher, found, lack);
     if verdict != Verdict::Unexplained {
         searcher.fit_further_children(&found.best, &mut found.models)?;
     }
@@ -187,14 +189,14 @@ fn answer(
     found: &mut SearchResult,
     verdict: Verdict,
     [before, after]: [&[LackOfFit]; 2],
-    limits: &[Limit],
+    limits: &[ProbabilityLimit],
 ) -> JointAnswer {
     let times = searcher.times(&found.best);
     let best = found.best.clone();
     let immaterial = immaterial(problem, searcher, found, &best);
     let bound = best.log_evidence(&times) - 2.0 * MAX_TIE_DIFFERENCE_NATS;
     found.models = searcher.supported(&best, &mut found.models, &times, bound);
-    let weights = weights(searcher, found, &times);
+    let weights = posterior_weights(searcher, found, &times);
     let spread = intervals(problem, &best.fit, &times);
     let mut missing: Vec<JointEffect> = vec![];
     for (k, limit) in limits.iter().enumerate() {
@@ -205,13 +207,13 @@ fn answer(
             may_be_noise: false,
         });
         let kind = best.fit.effects[k].kind;
-        let chance = support.probability.min(probability_of(found, &weights, kind));
+        let chance = support.probability.min(inclusion_probability(found, &weights, kind));
         let explains = reduction(problem, &simpler.fit, &best.fit);
         let probability = (limit.share * calibrated(chance)).min(limit.most).min(support.share());
         missing.push(reported(problem, &best.fit, &spread, k, probability, explains));
     }
     missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
-    let tied = tied(problem, found, &times);
+    let tied = tied_sets(problem, found, &times);
     let worst =
         (0..after.len()).max_by(|a, b| after[*a].mean_square.total_cmp(&after[*b].mean_square)).unwrap_or(0);
     let square = |fitted: &FittedModel, j: usize| fitted.left_out.mean_square(j, fitted.fit.sd[j]);
@@ -338,7 +340,7 @@ fn immaterial(
         let (Some(k), true) = (new, own.iter().all(|kind| fitted.kinds().contains(kind))) else { continue };
         let support = searcher.support(best, fitted);
         let times = searcher.times(fitted);
-        let is_small = !support.is_material() || is_leftover(searcher.share_limit(&found.base, best, fitted));
+        let is_small = !support.is_material() || is_spurious(searcher.share_limit(&found.base, best, fitted));
         if support.is_certain() && is_small && are_defined(problem, &fitted.fit, &times) {
             let spread = intervals(problem, &fitted.fit, &times);
             let explains = reduction(problem, &best.fit, &fitted.fit);

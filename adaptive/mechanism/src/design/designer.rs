@@ -1,9 +1,9 @@
 //! Two explanations of a recording, and their separation by planned motions.
 
-use super::competing::{Competing, GivenEffect};
+use super::competing_model::{CompetingModel, GivenEffect};
 use super::limits::{JointLimits, recorded_limits};
 use super::plan::Plan;
-use super::reading::predicted_commands;
+use super::predicted_commands::predicted_commands;
 use super::separation::misfit_after_refit;
 use crate::drive::Drive;
 use crate::error::MechanismError;
@@ -37,7 +37,7 @@ pub struct JointDesigner {
     problem: Problem,
     /// The problem without episodes.
     template: Problem,
-    models: [Competing; 2],
+    models: [CompetingModel; 2],
     /// Standard deviation of an independent compared sample of each joint.
     noise: Vec<f64>,
     /// Log-likelihood ratio of the recording in favour of the first model, nats.
@@ -64,9 +64,9 @@ impl JointDesigner {
         let mut models = vec![];
         for effects in explanations {
             let given = effects.iter().map(|(name, values)| given(&problem, name, values));
-            models.push(Competing::new(&searcher, &given.collect::<Result<Vec<_>, _>>()?)?);
+            models.push(CompetingModel::new(&searcher, &given.collect::<Result<Vec<_>, _>>()?)?);
         }
-        let Ok(models) = <[Competing; 2]>::try_from(models) else {
+        let Ok(models) = <[CompetingModel; 2]>::try_from(models) else {
             return Err(unsuitable(&problem, "there are no two explanations", "give two"));
         };
         if models[0].kinds() == models[1].kinds() {
@@ -74,7 +74,7 @@ impl JointDesigner {
             return Err(unsuitable(&problem, "both explanations have the same effects", remedy));
         }
         // Both models see the same noise, which is no larger and no slower than the residual of the better one.
-        let smaller = |of: &dyn Fn(&Competing, usize) -> f64| -> Vec<f64> {
+        let smaller = |of: &dyn Fn(&CompetingModel, usize) -> f64| -> Vec<f64> {
             (0..problem.joints.len()).map(|j| of(&models[0], j).min(of(&models[1], j))).collect()
         };
         let times = smaller(&|model, j| model.times[j]);
@@ -105,7 +105,7 @@ impl JointDesigner {
     /// Which motion or rig identifies the effects best, for each effect that only one of the models has.
     #[must_use]
     pub fn advice(&self) -> Vec<String> {
-        let [first, second] = self.models.each_ref().map(Competing::kinds);
+        let [first, second] = self.models.each_ref().map(CompetingModel::kinds);
         let different = |own: &[Kind], other: &[Kind]| -> Vec<Kind> {
             own.iter().filter(|kind| !other.contains(kind)).copied().collect()
         };

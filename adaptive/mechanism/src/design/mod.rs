@@ -3,11 +3,11 @@
 //! The recorded effort that the true model predicts for a motion follows from inverse dynamics, so that nothing is
 //! simulated. The other model is refitted to it, together with what the recording tells about its parameters.
 
-mod competing;
+mod competing_model;
 mod designer;
 mod limits;
 mod plan;
-mod reading;
+mod predicted_commands;
 mod separation;
 
 pub use designer::{JointDesigner, NamedEffect, Separation};

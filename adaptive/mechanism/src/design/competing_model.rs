@@ -14,7 +14,7 @@ pub(super) type GivenEffect = (Kind, Option<Vec<f64>>);
 
 /// A fitted model.
 #[derive(Clone, Debug)]
-pub(super) struct Competing {
+pub(super) struct CompetingModel {
     pub fit: Fit,
     /// Correlation time of each joint's residual, samples.
     pub times: Vec<f64>,
@@ -22,7 +22,7 @@ pub(super) struct Competing {
     pub unexplained: Vec<bool>,
 }
 
-impl Competing {
+impl CompetingModel {
     /// Fit the model with some effects to the training episodes.
     pub fn new(searcher: &Searcher<'_>, effects: &[GivenEffect]) -> Result<Self, MechanismError> {
         let problem = searcher.problem;

@@ -12,7 +12,7 @@ const MIN_ALTERNATIVE_PROBABILITY: f64 = 0.005;
 
 /// Posterior weight of every fitted model. Models that are as wrong as the best one are as probable. A set of effects that was
 /// fitted repeatedly has the weight of its best fit.
-pub(crate) fn weights(searcher: &Searcher<'_>, found: &SearchResult, times: &[f64]) -> Vec<f64> {
+pub(crate) fn posterior_weights(searcher: &Searcher<'_>, found: &SearchResult, times: &[f64]) -> Vec<f64> {
     let least = found.best.log_evidence(times);
     let log = |fitted: &FittedModel| match searcher.is_as_wrong(&found.best, fitted) {
         true => fitted.log_evidence(times).max(least),
@@ -30,7 +30,7 @@ pub(crate) fn weights(searcher: &Searcher<'_>, found: &SearchResult, times: &[f6
 }
 
 /// Share of the weight of models with an effect, among models no larger than the best one.
-pub(crate) fn probability_of(found: &SearchResult, weights: &[f64], kind: Kind) -> f64 {
+pub(crate) fn inclusion_probability(found: &SearchResult, weights: &[f64], kind: Kind) -> f64 {
     let most = found.best.fit.effects.len();
     let of = |with: bool| -> f64 {
         let pairs = found.models.iter().zip(weights).filter(|(fitted, _)| fitted.fit.effects.len() <= most);
@@ -41,7 +41,7 @@ pub(crate) fn probability_of(found: &SearchResult, weights: &[f64], kind: Kind) 
 }
 
 /// Sets of effects whose models fit as well as the best one, its own first.
-pub(crate) fn tied(problem: &Problem, found: &SearchResult, times: &[f64]) -> Vec<Vec<String>> {
+pub(crate) fn tied_sets(problem: &Problem, found: &SearchResult, times: &[f64]) -> Vec<Vec<String>> {
     let names = |fitted: &FittedModel| -> Vec<String> {
         fitted.kinds().iter().map(|kind| label(problem, *kind)).collect()
     };
@@ -111,7 +111,7 @@ pub(crate) fn alternatives(
 
 #[cfg(test)]
 mod tests {
-    use super::weights;
+    use super::posterior_weights;
     use crate::cross_validation::LeftOut;
     use crate::fit::fit;
     use crate::fitted_model::{FittedModel, SearchResult};
@@ -132,7 +132,7 @@ mod tests {
         let (one, other) = (with_effect(JointKind::ViscousFriction), with_effect(JointKind::AirDrag));
         let of = |models: Vec<FittedModel>| {
             let found = SearchResult { base: one.clone(), best: one.clone(), support: vec![], models };
-            weights(&searcher, &found, &searcher.times(&one))
+            posterior_weights(&searcher, &found, &searcher.times(&one))
         };
         let once = of(vec![one.clone(), other.clone()]);
         let thrice = of(vec![one.clone(), other.clone(), one.clone(), one.clone()]);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn rivals_are_as_wrong_if_the_errors_exceed_the_noise_and_are_alike() {
+    fn models_are_as_wrong_if_the_errors_exceed_the_noise_and_are_alike() {
         let problem = carriage("joint", Some(|t| -4.0 * (3.0 * t).sin()));
         let searcher = Searcher::new(&problem, &[], &Quiet);
         // A model with one effect, and left-out errors of a multiple of the noise.
@@ -153,11 +153,11 @@ mod tests {
             found
         };
         let (one, other) = (JointKind::ViscousFriction, JointKind::AirDrag);
-        for (best, rival, expected) in
+        for (best, competitor, expected) in
             [(5.0, 5.5, true), (5.0, 5.7, false), (5.0, 1.0, true), (1.9, 1.9, false)]
         {
-            let found = searcher.is_as_wrong(&with_effect(one, best), &with_effect(other, rival));
-            assert_eq!(found, expected, "{best} {rival}");
+            let found = searcher.is_as_wrong(&with_effect(one, best), &with_effect(other, competitor));
+            assert_eq!(found, expected, "{best} {competitor}");
         }
         assert!(!searcher.is_as_wrong(&with_effect(one, 5.0), &with_effect(one, 5.0)));
     }

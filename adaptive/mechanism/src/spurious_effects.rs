@@ -1,8 +1,8 @@
-//! Effects that correct the form of others.
+//! Spurious effects: laws that only correct the idealised form of another law.
 //!
-//! A law with an idealised form leaves a small part of what it explains. Where the noise is smaller, another law imitates that
-//! part with certainty, and is not there. Effects that explain a negligible share of what was missing are detectable, but no names,
-//! unless they leave no more than noise: an imitation leaves a part of what it imitates.
+//! A law with an idealised form does not explain a small part of its effect. If the noise is smaller, another law fits that part
+//! with certainty, although it does not act. Effects that explain a negligible share of what was missing are therefore
+//! detectable but not named, unless no more than noise remains: a spurious effect leaves a part of what it imitates.
 
 use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::{CERTAIN_EXPLANATION, explanation};
@@ -33,9 +33,9 @@ impl Searcher<'_> {
         joints.iter().map(own).reduce(f64::max).unwrap_or(1.0)
     }
 
-    /// The model without effects that explain a negligible share, the least first, and the largest probability of each
+    /// The model without spurious effects, which are removed in the order of their shares, and the largest probability of each
     /// remaining effect.
-    pub fn without_leftovers(
+    pub fn without_spurious_effects(
         &self,
         base: &FittedModel,
         mut model: FittedModel,
@@ -49,7 +49,7 @@ impl Searcher<'_> {
             let limits: Vec<f64> = (0..model.fit.effects.len()).map(limit).collect();
             let least = (0..limits.len()).min_by(|a, b| limits[*a].total_cmp(&limits[*b]));
             match least {
-                Some(k) if is_leftover(limits[k]) => model = self.without_effect(&model, k, models),
+                Some(k) if is_spurious(limits[k]) => model = self.without_effect(&model, k, models),
                 _ => return (model, limits),
             }
         }
@@ -57,7 +57,7 @@ impl Searcher<'_> {
 }
 
 /// Whether an effect with a largest probability is not named.
-pub(crate) fn is_leftover(limit: f64) -> bool {
+pub(crate) fn is_spurious(limit: f64) -> bool {
     limit < MIN_NAMED_SHARE
 }
 
@@ -81,25 +81,25 @@ fn noise_limit(errors: [f64; 2], noise: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{is_leftover, noise_limit, share_limit};
+    use super::{is_spurious, noise_limit, share_limit};
 
     #[test]
-    fn effects_of_thousandths_of_what_was_missing_are_no_names() {
+    fn effects_of_thousandths_of_what_was_missing_are_spurious() {
         // A lone effect explains all; errors far above the noise do not make a small share larger.
         for (squares, limit) in
             [([50.0, 50.0, 1.0], 1.0), ([1001.0, 21.0, 1.0], 1.0), ([1001.0, 9.0, 1.0], 0.8)]
         {
             assert!((share_limit(squares) - limit).abs() < 1e-12, "{squares:?}: {}", share_limit(squares));
         }
-        assert!(is_leftover(share_limit([65001.0, 40.0, 1.0])));
-        assert!(!is_leftover(share_limit([1.0, 2.0, 1.0])));
+        assert!(is_spurious(share_limit([65001.0, 40.0, 1.0])));
+        assert!(!is_spurious(share_limit([1.0, 2.0, 1.0])));
     }
 
     #[test]
-    fn a_small_effect_that_leaves_only_noise_is_a_name() {
+    fn a_small_effect_that_leaves_only_noise_is_named() {
         assert_eq!(noise_limit([8.0, 0.9], 1.0), 1.0);
-        assert!(!is_leftover(noise_limit([8.0, 1.2], 1.0)));
+        assert!(!is_spurious(noise_limit([8.0, 1.2], 1.0)));
         // A play whose drive is modelled too simply, and a tilt of the base that imitates the rest.
-        assert!(is_leftover(noise_limit([2.0, 1.3], 1.0)));
+        assert!(is_spurious(noise_limit([2.0, 1.3], 1.0)));
     }
 }

@@ -1,4 +1,4 @@
-//! Limits of the probabilities of names, by what the named effects explain and leave.
+//! Upper limits of the probabilities of effects, by what the named effects explain and leave.
 
 use crate::fitted_model::{FittedModel, SearchResult};
 use crate::lack_of_fit::{CERTAIN_EXPLANATION, LackOfFit, explanation};
@@ -24,8 +24,8 @@ pub(crate) fn explained(problem: &Problem, found: &SearchResult, joints: &[usize
 
 /// Limits of an effect's probability.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Limit {
-    /// Its share in what was missing, see [`crate::leftovers`]: a factor.
+pub(crate) struct ProbabilityLimit {
+    /// Its share in what was missing, see [`crate::spurious_effects`]: a factor.
     pub share: f64,
     /// Largest probability by what the effects leave.
     pub most: f64,
@@ -33,12 +33,12 @@ pub(crate) struct Limit {
 
 /// Limits of each effect that is named. Names that explain a negligible share are dropped; the others are judged
 /// with them, as is the verdict.
-pub(crate) fn limits(
+pub(crate) fn probability_limits(
     problem: &Problem,
     searcher: &Searcher<'_>,
     found: &mut SearchResult,
     [before, after]: [&[LackOfFit]; 2],
-) -> Vec<Limit> {
+) -> Vec<ProbabilityLimit> {
     let best = found.best.clone();
     // Effects that leave much of the misfit are less probably the right ones. Without a gain, the masses may move the misfit to
     // another joint.
@@ -53,12 +53,12 @@ pub(crate) fn limits(
         };
     let affected: Vec<(Kind, Vec<usize>)> =
         (0..best.fit.effects.len()).map(|k| (best.fit.effects[k].kind, own(k, &mut found.models))).collect();
-    let (named, shares) = searcher.without_leftovers(&found.base, best.clone(), &mut found.models);
+    let (named, shares) = searcher.without_spurious_effects(&found.base, best.clone(), &mut found.models);
     let limit = |(effect, share): (&Effect, &f64)| {
         let joints = affected.iter().find(|(kind, _)| *kind == effect.kind).map_or(&[][..], |(_, own)| own);
         let left = joints.iter().map(|j| remaining(found, before, after, *j)).fold(0.0, f64::max);
         let most = (1.0 - left).min(explained(problem, found, joints) / CERTAIN_EXPLANATION);
-        Limit { share: *share, most }
+        ProbabilityLimit { share: *share, most }
     };
     let limits = named.fit.effects.iter().zip(&shares).map(limit).collect();
     if named.fit.effects.len() < best.fit.effects.len() {
