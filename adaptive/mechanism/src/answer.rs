@@ -1,6 +1,6 @@
 //! The answer for programs: `diagnosis.json` of a recording of joints.
 
-use crate::figures::Figures;
+use crate::error_metrics::ErrorMetrics;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use trundle_diagnose::{Quantity, Verdict};
@@ -32,7 +32,7 @@ pub struct JointAnswer {
     pub alternatives: Vec<JointAlternative>,
     /// Parameters of the nominal mechanism.
     pub nominal: JointNominal,
-    /// Figures before and after.
+    /// Error metrics before and after.
     pub fit: JointFit,
 }
 
@@ -156,16 +156,16 @@ pub struct JointNominal {
     pub after: BTreeMap<String, JointParameter>,
 }
 
-/// Figures before and after.
+/// Error metrics before and after.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointBeforeAfter {
     /// Of the nominal mechanism.
-    pub before: Figures,
+    pub before: ErrorMetrics,
     /// With the named effects.
-    pub after: Figures,
+    pub after: ErrorMetrics,
 }
 
-/// Figures.
+/// Error metrics.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointFit {
     /// On held-out episodes; null if there are none.

@@ -43,7 +43,7 @@ impl EpisodeDynamics {
 
 /// What the links of a model need at one joint along an episode.
 #[derive(Clone, Debug)]
-pub(crate) struct Needed<T> {
+pub(crate) struct InverseDynamics<T> {
     /// Effort, without armature and damping.
     pub effort: Vec<T>,
     /// Own inertia of the joint; `None` if no law reads it.

@@ -3,16 +3,16 @@
 
 mod transmission;
 
+use crate::backlash::Side;
 use crate::deflection::Unmeasured;
 use crate::drive::Drive;
-use crate::dynamics::{AxisLoad, Needed};
+use crate::dynamics::{AxisLoad, InverseDynamics};
 use crate::laws::{JointSample, Law, law_terms, magnitude};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
-use crate::play::Side;
 use crate::problem::{EpisodeData, JointSetup, Problem};
+use crate::residual_scaling::{at_least_small, delivered_share, inertia_share, passed_share};
 use crate::series::Series;
-use crate::shares::{at_least_small, delivered_share, inertia_share, passed_share};
-use crate::shift::{delayed, lagged, slope};
+use crate::signals::{delayed, lagged, slope};
 use trundle_model::Real;
 
 /// The residual of a joint's equation over an episode.
@@ -163,14 +163,19 @@ impl<T: Real> JointModel<T> {
 
     /// Whether the derivative of the residual by the needed effort is minus [`Residual::per_effort`], and no law reads the own
     /// inertia.
-    pub fn is_linear_in_needed(&self) -> bool {
+    pub fn is_linear_in_inverse_dynamics(&self) -> bool {
         let is_linear =
             |law: &Law<T>| !law.reads_external() && law.compliance().is_none() && law.gap().is_none();
         !self.is_passive && self.laws.iter().all(is_linear)
     }
 
     /// Effort that the links need without armature, damping and friction. `common` is that of the model.
-    fn needed(&self, series: &Series, load: &AxisLoad, common: Option<&Needed<T>>) -> Vec<T> {
+    fn required_effort(
+        &self,
+        series: &Series,
+        load: &AxisLoad,
+        common: Option<&InverseDynamics<T>>,
+    ) -> Vec<T> {
         let axis = |k: usize| {
             let (sin, cos) = (-self.offset + series.q[k]).sin_cos();
             let own = self.inertia * series.a[k] * load.inertia_factor;
@@ -187,7 +192,7 @@ impl<T: Real> JointModel<T> {
         problem: &Problem,
         j: usize,
         episode: &EpisodeData,
-        common: Option<&Needed<T>>,
+        common: Option<&InverseDynamics<T>>,
     ) -> Residual<T> {
         let (setup, series) = (&problem.joints[j], &episode.joints[j]);
         let is_driven = setup.drive != Drive::None;
@@ -209,7 +214,7 @@ impl<T: Real> JointModel<T> {
         let passed = (is_driven && is_slow).then(|| passed_share(&|k| T::lift(series.command[k]), &commands));
         let drive = is_driven.then(|| episode.first_stage.filtered(&raw));
         let known = episode.first_stage.filtered(&series.known);
-        let needed = self.needed(series, &episode.load, common);
+        let needed = self.required_effort(series, &episode.load, common);
         let own_inertia = |k: usize| {
             let axis = || self.inertia * episode.load.inertia_factor + episode.load.inertia;
             let given =

@@ -1,10 +1,10 @@
 //! Fits of a model to the equations of the joints, by Levenberg–Marquardt steps on the free parameters.
 
-use crate::common;
 use crate::model::{Effect, Nominal, Role, Slot, slots};
 use crate::problem::Problem;
 use crate::quadratic_cost::QuadraticCost;
 use crate::rows::{JointRows, Scope, evaluate, normal_equations, robust_sd, weight};
+use crate::shared_parameters;
 use nalgebra::{DMatrix, DVector};
 
 /// Most steps of a fit.
@@ -44,7 +44,7 @@ impl Fit {
 
     /// Effects with their fitted values.
     pub fn fitted_effects(&self) -> Vec<Effect> {
-        common::with_values(&self.effects, &self.slots, &self.values)
+        shared_parameters::with_values(&self.effects, &self.slots, &self.values)
     }
 }
 

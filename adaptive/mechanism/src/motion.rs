@@ -1,7 +1,7 @@
 //! Smoothed motion of all joints on the uniform times of each episode.
 
 use crate::bandwidth::{Cutoffs, Positions, StageSds, cutoffs, noise};
-use crate::causal::{causal_states, jerk_density};
+use crate::causal_filter::{causal_states, jerk_density};
 use crate::error::MechanismError;
 use crate::kernel::Kernel;
 use crate::resample::{Grid, in_gap, interpolated, median_interval};

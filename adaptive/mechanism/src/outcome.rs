@@ -1,7 +1,7 @@
 //! Results of a diagnosis of joints.
 
 use crate::answer::JointAnswer;
-use crate::figures::{EpisodeErrors, OpenLoop, episode_errors, open_loop};
+use crate::error_metrics::{EpisodeErrors, OpenLoop, episode_errors, open_loop};
 use crate::fit::Fit;
 use crate::laws::{JointSample, Law, law_terms};
 use crate::model::{Effect, Kind};

@@ -1,12 +1,12 @@
 //! Residuals of the joints' equations at the compared samples, with their derivatives, and the normal equations.
 
-use crate::common;
 use crate::drive::Drive;
-use crate::dynamics::Needed;
+use crate::dynamics::InverseDynamics;
 use crate::equation::JointModel;
-use crate::links::needed_at;
+use crate::link_motion::inverse_dynamics_at;
 use crate::model::{Effect, Slot};
 use crate::problem::{EpisodeData, Problem};
+use crate::shared_parameters;
 use nalgebra::{DMatrix, DVector};
 use trundle_model::{Dual, Real};
 
@@ -99,7 +99,7 @@ fn joint_rows(
     let (mut places, mut residual, mut columns) = (vec![], vec![], vec![vec![]; own.len() + shared.len()]);
     let mut sizes = vec![];
     let wants_inertia =
-        !JointModel::new(problem, j, effects, slots, |slot| values[slot]).is_linear_in_needed();
+        !JointModel::new(problem, j, effects, slots, |slot| values[slot]).is_linear_in_inverse_dynamics();
     let mut first_fold = 0;
     for (index, episode) in problem.episodes.iter().enumerate() {
         if episode.held_out != (scope == Scope::HeldOut) {
@@ -107,7 +107,7 @@ fn joint_rows(
         }
         let series = &episode.joints[j];
         let known = (effects, slots, values);
-        let needed = needed_at(problem, episode, j, known, wants_inertia);
+        let needed = inverse_dynamics_at(problem, episode, j, known, wants_inertia);
         let mut per_effort = vec![];
         if !with_derivatives {
             let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);
@@ -137,13 +137,14 @@ fn joint_rows(
         }
         sizes.extend(series.kept.iter().map(|k| series.weight[*k] * per_effort[*k]));
         if let (Some(dynamics), Some(needed), true) = (&episode.dynamics, &needed, with_derivatives) {
-            let slope =
-                |slot: &usize| common::slope(problem, dynamics, j, &slots[*slot], known, wants_inertia);
-            let slopes: Vec<Needed<f64>> = shared.iter().map(slope).collect();
+            let slope = |slot: &usize| {
+                shared_parameters::slope(problem, dynamics, j, &slots[*slot], known, wants_inertia)
+            };
+            let slopes: Vec<InverseDynamics<f64>> = shared.iter().map(slope).collect();
             let changes = if wants_inertia {
-                by_needed(problem, (j, episode), known, needed, &slopes)
+                changes_by_inverse_dynamics(problem, (j, episode), known, needed, &slopes)
             } else {
-                let change = |slope: &Needed<f64>| {
+                let change = |slope: &InverseDynamics<f64>| {
                     slope.effort.iter().zip(&per_effort).map(|(slope, factor)| -slope * factor).collect()
                 };
                 slopes.iter().map(change).collect()
@@ -178,12 +179,12 @@ fn joint_rows(
 }
 
 /// Changes of a joint's residual with parameters that change what the links need by `slopes`, at every time of an episode.
-fn by_needed(
+fn changes_by_inverse_dynamics(
     problem: &Problem,
     (j, episode): (usize, &EpisodeData),
     (effects, slots, values): (&[Effect], &[Slot], &[f64]),
-    needed: &Needed<f64>,
-    slopes: &[Needed<f64>],
+    needed: &InverseDynamics<f64>,
+    slopes: &[InverseDynamics<f64>],
 ) -> Vec<Vec<f64>> {
     let model = JointModel::new(problem, j, effects, slots, |slot| Dual::<WIDTH>::lift(values[slot]));
     let mut changes = vec![];
@@ -195,18 +196,19 @@ fn by_needed(
 }
 
 /// What the links need, with the derivatives `slopes`.
-fn varied(needed: &Needed<f64>, slopes: &[Needed<f64>]) -> Needed<Dual<WIDTH>> {
-    let dual = |value: f64, slope: &dyn Fn(&Needed<f64>) -> f64| {
+fn varied(needed: &InverseDynamics<f64>, slopes: &[InverseDynamics<f64>]) -> InverseDynamics<Dual<WIDTH>> {
+    let dual = |value: f64, slope: &dyn Fn(&InverseDynamics<f64>) -> f64| {
         let mut eps = [0.0; WIDTH];
         eps.iter_mut().zip(slopes).for_each(|(eps, own)| *eps = slope(own));
         Dual { re: value, eps }
     };
     let effort = needed.effort.iter().enumerate().map(|(k, value)| dual(*value, &|own| own.effort[k]));
     let own_inertia = needed.own_inertia.as_ref().map(|inertia| {
-        let slope = |k: usize| move |own: &Needed<f64>| own.own_inertia.as_ref().map_or(0.0, |own| own[k]);
+        let slope =
+            |k: usize| move |own: &InverseDynamics<f64>| own.own_inertia.as_ref().map_or(0.0, |own| own[k]);
         inertia.iter().enumerate().map(|(k, value)| dual(*value, &slope(k))).collect()
     });
-    Needed { effort: effort.collect(), own_inertia }
+    InverseDynamics { effort: effort.collect(), own_inertia }
 }
 
 /// Least standard deviation of a joint's residual. No model is better than the noise of the readings: smaller residuals

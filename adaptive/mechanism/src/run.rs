@@ -10,7 +10,7 @@ use crate::competing_models::{
 use crate::coupling::Coupling;
 use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
-use crate::figures::figures;
+use crate::error_metrics::error_metrics;
 use crate::fit::{Fit, Freedom, MAX_STEPS, fit_with};
 use crate::fitted_model::{FittedModel, SearchResult, Support};
 use crate::intervals::{Interval, are_defined, intervals};
@@ -21,7 +21,7 @@ use crate::motion::Motion;
 use crate::outcome::JointOutcome;
 use crate::probability_limits::{ProbabilityLimit, explained, probability_limits, remaining};
 use crate::problem::Problem;
-use crate::rest::with_rest;
+use crate::resting_samples::with_resting_samples;
 use crate::rows::Scope;
 use crate::search::Searcher;
 use crate::spurious_effects::is_spurious;
@@ -104,7 +104,7 @@ struct Searched {
 fn search(problem: Problem, without: &[String], watch: &dyn Watch) -> Result<Searched, MechanismError> {
     require_samples(&problem)?;
     let mut found = Searcher::new(&problem, without, watch).run()?;
-    let problem = match with_rest(&problem, &found.best.fit) {
+    let problem = match with_resting_samples(&problem, &found.best.fit) {
         Some(all) => {
             found = Searcher::new(&all, without, watch).continue_from(&found)?;
             all
@@ -274,7 +274,8 @@ fn answer(
 }
 
 fn before_after(problem: &Problem, before: &Fit, after: &Fit, held_out: bool) -> Option<JointBeforeAfter> {
-    let (before, after) = (figures(problem, before, held_out)?, figures(problem, after, held_out)?);
+    let (before, after) =
+        (error_metrics(problem, before, held_out)?, error_metrics(problem, after, held_out)?);
     Some(JointBeforeAfter { before, after })
 }
 
@@ -282,10 +283,10 @@ fn before_after(problem: &Problem, before: &Fit, after: &Fit, held_out: bool) ->
 /// are held out.
 fn reduction(problem: &Problem, simpler: &Fit, best: &Fit) -> Option<f64> {
     let misfit = |fit: &Fit| {
-        let found = figures(problem, fit, true).or_else(|| figures(problem, fit, false))?;
-        let part = |(name, figures): (&String, &crate::figures::JointFigures)| {
+        let found = error_metrics(problem, fit, true).or_else(|| error_metrics(problem, fit, false))?;
+        let part = |(name, errors): (&String, &crate::error_metrics::JointErrorMetrics)| {
             let joint = problem.joints.iter().find(|joint| joint.name == *name)?;
-            Some((figures.effort_rmse? / joint.scales.effort).powi(2))
+            Some((errors.effort_rmse? / joint.scales.effort).powi(2))
         };
         Some(found.joints.iter().filter_map(part).sum::<f64>())
     };

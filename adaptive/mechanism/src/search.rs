@@ -5,7 +5,7 @@ use crate::child_cache::ChildCache;
 use crate::coupling::Coupling;
 use crate::cross_validation::left_out;
 use crate::error::MechanismError;
-use crate::figures::figures;
+use crate::error_metrics::error_metrics;
 use crate::fit::{Fit, MAX_STEPS, fit};
 use crate::fitted_model::{FittedModel, SearchResult, Support};
 use crate::intervals::are_defined;
@@ -197,7 +197,8 @@ impl<'a> Searcher<'a> {
     /// Whether the simulated motion of an axis is no worse, where it can be simulated. Where no inertia is given, effects
     /// can balance each other's efforts without any motion.
     pub fn predicts(&self, simpler: &FittedModel, fuller: &FittedModel) -> bool {
-        let error = |fitted: &FittedModel| figures(self.problem, &fitted.fit, false)?.relative_window_rmse;
+        let error =
+            |fitted: &FittedModel| error_metrics(self.problem, &fitted.fit, false)?.relative_window_rmse;
         match (error(simpler), error(fuller)) {
             (Some(before), Some(after)) => after * after <= MIN_MATERIAL_ERROR_RATIO * before * before,
             _ => true,

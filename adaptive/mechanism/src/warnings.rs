@@ -1,6 +1,6 @@
 //! Doubts that a careful reader must know. Held-out episodes change no verdict, only warnings.
 
-use crate::figures::EpisodeErrors;
+use crate::error_metrics::EpisodeErrors;
 use crate::fit::Fit;
 use crate::model::{Nominal, Role};
 use crate::problem::Problem;
@@ -60,7 +60,7 @@ pub(crate) fn held_out_warnings(errors: &[EpisodeErrors], metrics: &[ErrorMetric
 #[cfg(test)]
 mod tests {
     use super::held_out_warnings;
-    use crate::figures::{EpisodeErrors, ResidualSize};
+    use crate::error_metrics::{EpisodeErrors, ResidualSize};
 
     #[test]
     fn a_held_out_episode_with_larger_errors_is_reported() {

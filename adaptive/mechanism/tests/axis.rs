@@ -111,7 +111,7 @@ fn dry_friction_is_named_and_improves_held_out_episodes() {
     let effort = &answer.missing[0].parameters["effort"];
     assert!((effort.mean - 0.08).abs() < 0.004, "{effort:?}");
     let held_out = answer.fit.held_out.unwrap();
-    let [before, after] = [held_out.before, held_out.after].map(|figures| figures.joints["arm"]);
+    let [before, after] = [held_out.before, held_out.after].map(|errors| errors.joints["arm"]);
     assert!(after.effort_rmse.unwrap() < 0.4 * before.effort_rmse.unwrap());
     assert!(after.window_position_rmse.unwrap() < before.window_position_rmse.unwrap());
 }

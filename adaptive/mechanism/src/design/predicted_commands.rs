@@ -2,7 +2,7 @@
 
 use crate::equation::JointModel;
 use crate::fit::Fit;
-use crate::links::needed_at;
+use crate::link_motion::inverse_dynamics_at;
 use crate::problem::Problem;
 
 /// Most Newton steps.
@@ -26,8 +26,8 @@ pub(super) fn predicted_commands(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> 
 fn acting_commands(problem: &Problem, fit: &Fit, j: usize, model: &JointModel<f64>) -> Vec<f64> {
     let mut episode = problem.episodes[0].clone();
     let values = (&fit.effects[..], &fit.slots[..], &fit.values[..]);
-    let wants_inertia = !model.is_linear_in_needed();
-    let needed = needed_at(problem, &episode, j, values, wants_inertia);
+    let wants_inertia = !model.is_linear_in_inverse_dynamics();
+    let needed = inverse_dynamics_at(problem, &episode, j, values, wants_inertia);
     let gain = model.gain_of(&episode.joints[j]);
     if problem.joints[j].drive == crate::drive::Drive::Target {
         episode.joints[j].command = episode.joints[j].q.clone();

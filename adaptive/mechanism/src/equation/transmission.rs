@@ -1,12 +1,12 @@
 //! Plays and elastic transmissions in the equation of a joint.
 
 use super::JointModel;
+use crate::backlash::{Side, SideMotion, unmeasured_side};
 use crate::deflection::{Unmeasured, deflections, noise_share};
 use crate::laws::{Compliance, Law};
-use crate::play::{Side, SideMotion, unseen_side};
 use crate::problem::Problem;
-use crate::shares::passed_share;
-use crate::shift::{curvature, slope};
+use crate::residual_scaling::passed_share;
+use crate::signals::{curvature, slope};
 use trundle_model::Real;
 
 impl<T: Real> JointModel<T> {
@@ -70,7 +70,7 @@ impl<T: Real> JointModel<T> {
         dt: f64,
     ) -> Option<Vec<T>> {
         let gap = self.gap()?;
-        let unseen = unseen_side(seen, gap, dt, side);
+        let unseen = unmeasured_side(seen, gap, dt, side);
         let one = |(k, motion): (usize, &SideMotion<T>)| {
             let velocity = slope(seen, k, dt);
             let Side { friction, resistance: Unmeasured { inertia, damping, stiffness }, .. } = side(k);

@@ -3,14 +3,14 @@
 //! The link's motion is not the measured one. The difference enters the efforts of the other joints through the mass matrix and
 //! the derivatives by position and velocity.
 
-use crate::common::{coupling, needed};
+use crate::backlash::{Side, SideMotion, unmeasured_side};
 use crate::deflection::{Deflection, Unmeasured, deflections};
-use crate::dynamics::{EpisodeDynamics, Needed};
+use crate::dynamics::{EpisodeDynamics, InverseDynamics};
 use crate::equation::JointModel;
 use crate::model::{Effect, Kind, Slot};
-use crate::play::{Side, SideMotion, unseen_side};
 use crate::problem::{EpisodeData, Problem};
-use crate::shift;
+use crate::shared_parameters::{coupling, inverse_dynamics};
+use crate::signals;
 
 /// Motion of a link relative to the measured one.
 #[derive(Clone, Copy, Debug)]
@@ -22,15 +22,15 @@ pub(crate) struct LinkMotion {
 
 /// What a model needs at joint `j` in an episode, for given values; `None` without a model. The motion of
 /// links that are not at their measured positions is included.
-pub(crate) fn needed_at(
+pub(crate) fn inverse_dynamics_at(
     problem: &Problem,
     episode: &EpisodeData,
     j: usize,
     known: (&[Effect], &[Slot], &[f64]),
     wants_inertia: bool,
-) -> Option<Needed<f64>> {
+) -> Option<InverseDynamics<f64>> {
     let dynamics = episode.dynamics.as_ref()?;
-    let mut found = needed(problem, dynamics, j, known, wants_inertia);
+    let mut found = inverse_dynamics(problem, dynamics, j, known, wants_inertia);
     for other in (0..problem.joints.len()).filter(|other| *other != j) {
         let Some(motion) = link_motion(problem, (episode, dynamics), other, known) else { continue };
         let inertia = coupling(problem, dynamics, [j, other], (known.1, known.2));
@@ -60,7 +60,7 @@ fn link_motion(
         return None;
     }
     let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);
-    let Needed { effort, own_inertia } = needed(problem, dynamics, j, known, true);
+    let InverseDynamics { effort, own_inertia } = inverse_dynamics(problem, dynamics, j, known, true);
     let (inertia, series) = (own_inertia?, &episode.joints[j]);
     let others = episode.first_stage.filtered(&series.known);
     let (q, dt, stiffness) = (&series.q, episode.dt, &dynamics.by_offset[j][j][0]);
@@ -80,11 +80,11 @@ fn link_motion(
         friction: 0.0,
         resistance: side(k),
     };
-    let found = unseen_side(q, model.gap()?, dt, &free);
+    let found = unmeasured_side(q, model.gap()?, dt, &free);
     let one = |(k, motion): (usize, &SideMotion<f64>)| LinkMotion {
         position: motion.position - q[k],
-        velocity: motion.velocity - shift::slope(q, k, dt),
-        acceleration: motion.acceleration - shift::curvature(q, k, dt),
+        velocity: motion.velocity - signals::slope(q, k, dt),
+        acceleration: motion.acceleration - signals::curvature(q, k, dt),
     };
     Some(found.iter().enumerate().map(one).collect())
 }

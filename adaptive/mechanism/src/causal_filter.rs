@@ -1,7 +1,7 @@
-//! States that earlier positions alone tell: a Kalman filter of a motion whose jerk is white noise.
+//! Causal estimates of states, from earlier positions alone: a Kalman filter of a motion whose jerk is white noise.
 //!
-//! The spectral density of the jerk relative to the noise of the positions is that of the largest likelihood of the training
-//! episodes. The span of the filter so follows noise and bandwidth: positions without noise are differentiated over few
+//! The spectral density of the jerk relative to the noise of the positions has the maximum likelihood on the training
+//! episodes. The span of the filter thus follows noise and bandwidth: positions without noise are differentiated over few
 //! samples, quantised ones over many.
 
 use nalgebra::{Matrix3, Vector3};

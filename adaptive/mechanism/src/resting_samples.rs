@@ -7,7 +7,7 @@
 use crate::equation::JointModel;
 use crate::fit::{Fit, MAX_STEPS, fit};
 use crate::laws::JointKind;
-use crate::links::needed_at;
+use crate::link_motion::inverse_dynamics_at;
 use crate::model::{Effect, Kind};
 use crate::problem::{EpisodeData, Problem};
 use crate::rows::Scope;
@@ -20,7 +20,7 @@ const MIN_SHARE: f64 = 0.02;
 
 /// The problem in which samples at rest are compared, with weights from the residuals and the friction of a fit; `None`
 /// if all these samples together hardly count.
-pub(crate) fn with_rest(problem: &Problem, model: &Fit) -> Option<Problem> {
+pub(crate) fn with_resting_samples(problem: &Problem, model: &Fit) -> Option<Problem> {
     let mut found = problem.clone();
     let mut gained = 0.0;
     for j in (0..problem.joints.len()).filter(|j| problem.samples(*j) > 0) {
@@ -59,8 +59,8 @@ fn with_dry_friction(problem: &Problem, model: &Fit, j: usize) -> Fit {
 fn uncertainty(problem: &Problem, model: &Fit, j: usize, episode: &EpisodeData) -> Vec<f64> {
     let Fit { effects, slots, values, .. } = model;
     let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);
-    let wants_inertia = !model.is_linear_in_needed();
-    let needed = needed_at(problem, episode, j, (effects, slots, values), wants_inertia);
+    let wants_inertia = !model.is_linear_in_inverse_dynamics();
+    let needed = inverse_dynamics_at(problem, episode, j, (effects, slots, values), wants_inertia);
     let found = model.residual(problem, j, episode, needed.as_ref());
     let size = found.per_effort.iter().copied().fold(0.0, f64::max);
     let rests = |k: usize| episode.joints[j].v[k].abs() < problem.joints[j].rest_speed;
@@ -70,7 +70,7 @@ fn uncertainty(problem: &Problem, model: &Fit, j: usize, episode: &EpisodeData) 
 
 #[cfg(test)]
 mod tests {
-    use super::with_rest;
+    use super::with_resting_samples;
     use crate::fit::{MAX_STEPS, fit};
     use crate::{Problem, motion, rows::Scope};
     use std::collections::BTreeMap;
@@ -103,7 +103,7 @@ mod tests {
     fn samples_at_rest_count_where_there_is_no_friction() {
         let weights = |dry: f64| -> Vec<f64> {
             let problem = stopping(dry);
-            let all = with_rest(&problem, &fit(&problem, &[], None, Scope::Training, MAX_STEPS));
+            let all = with_resting_samples(&problem, &fit(&problem, &[], None, Scope::Training, MAX_STEPS));
             let weighted = all.as_ref().unwrap_or(&problem);
             let resting = problem.episodes.iter().map(|e| &e.joints[0].resting);
             let found = resting.zip(&weighted.episodes).flat_map(|(resting, episode)| {

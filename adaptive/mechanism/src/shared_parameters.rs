@@ -1,17 +1,17 @@
 //! Parameters that enter the equations of all joints of a model: masses, loads, gravity, offsets of encoders.
 
-use crate::dynamics::{EpisodeDynamics, Needed};
+use crate::dynamics::{EpisodeDynamics, InverseDynamics};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
 use crate::problem::Problem;
 
 /// What a model needs at joint `j` in an episode, for given values; its own inertia only if that is wanted.
-pub(crate) fn needed(
+pub(crate) fn inverse_dynamics(
     problem: &Problem,
     dynamics: &EpisodeDynamics,
     j: usize,
     (effects, slots, values): (&[Effect], &[Slot], &[f64]),
     wants_inertia: bool,
-) -> Needed<f64> {
+) -> InverseDynamics<f64> {
     let mut sum = dynamics.effort[j].clone();
     let mut inertia = wants_inertia.then(|| dynamics.own_inertia(j).clone());
     for (slot, value) in slots.iter().zip(values) {
@@ -52,7 +52,7 @@ pub(crate) fn needed(
             add_with_mass(&mut sum, dynamics, (j, *body), &effect, &shift, *change);
         }
     }
-    Needed { effort: sum, own_inertia: inertia }
+    InverseDynamics { effort: sum, own_inertia: inertia }
 }
 
 /// Entry of the mass matrix for two joints, with refitted masses.
@@ -69,7 +69,7 @@ pub(crate) fn coupling(
     sum
 }
 
-/// Derivative of [`needed`] by a slot.
+/// Derivative of [`inverse_dynamics`] by a slot.
 pub(crate) fn slope(
     problem: &Problem,
     dynamics: &EpisodeDynamics,
@@ -77,7 +77,7 @@ pub(crate) fn slope(
     slot: &Slot,
     (effects, slots, values): (&[Effect], &[Slot], &[f64]),
     wants_inertia: bool,
-) -> Needed<f64> {
+) -> InverseDynamics<f64> {
     let mut sum = vec![0.0; dynamics.effort[j].len()];
     let mut inertia = wants_inertia.then(|| sum.clone());
     match slot.role {
@@ -115,7 +115,7 @@ pub(crate) fn slope(
             }
         }
     }
-    Needed { effort: sum, own_inertia: inertia }
+    InverseDynamics { effort: sum, own_inertia: inertia }
 }
 
 /// Changes of refitted masses by body, kg.

@@ -1,4 +1,4 @@
-//! Motion of that side of a play whose position is not measured.
+//! Backlash: motion of the side of a play whose position is not measured.
 
 use crate::deflection::Unmeasured;
 use crate::laws::magnitude;
@@ -29,7 +29,7 @@ pub(crate) struct SideMotion<T> {
 /// It moves freely until it meets the measured side, with which it then moves. Impacts are inelastic (time stepping after
 /// Moreau 1988, with implicit damping and dry friction). `seen` are the positions of the measured side every `dt` seconds; the play is
 /// `gap` in all.
-pub(crate) fn unseen_side<T: Real>(
+pub(crate) fn unmeasured_side<T: Real>(
     seen: &[f64],
     gap: T,
     dt: f64,
@@ -75,7 +75,7 @@ pub(crate) fn unseen_side<T: Real>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Side, SideMotion, unseen_side};
+    use super::{Side, SideMotion, unmeasured_side};
     use crate::deflection::Unmeasured;
 
     const DT: f64 = 0.001;
@@ -97,7 +97,7 @@ mod tests {
             x += v * DT;
             x - swing(k + 1)
         };
-        unseen_side(&seen, gap, DT, &side)
+        unmeasured_side(&seen, gap, DT, &side)
             .into_iter()
             .take(5999)
             .enumerate()

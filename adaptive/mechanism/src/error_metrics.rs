@@ -1,4 +1,4 @@
-//! Figures of a model on some episodes: errors of efforts and positions.
+//! Error metrics of a model on some episodes: errors of efforts and positions.
 
 use crate::drive::Drive;
 use crate::fit::Fit;
@@ -10,9 +10,9 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use trundle_infer::PREDICTION_WINDOW_S;
 
-/// Figures of one joint; null where a figure makes no sense.
+/// Error metrics of one joint; null where a metric is not defined.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct JointFigures {
+pub struct JointErrorMetrics {
     /// Open loop from the first state, rad or m.
     pub position_rmse: Option<f64>,
     /// Windows of 1 s, rad or m.
@@ -21,13 +21,13 @@ pub struct JointFigures {
     pub effort_rmse: Option<f64>,
 }
 
-/// Figures of all joints.
+/// Error metrics of all joints.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Figures {
+pub struct ErrorMetrics {
     /// Cut-off frequency of efforts, Hz.
     pub effort_bandwidth: f64,
     /// By joint.
-    pub joints: BTreeMap<String, JointFigures>,
+    pub joints: BTreeMap<String, JointErrorMetrics>,
     /// Root mean square over joints of the open-loop errors, each divided by the joint's range in training.
     pub relative_position_rmse: Option<f64>,
     /// The same for windows.
@@ -136,15 +136,15 @@ pub(crate) fn open_loop(problem: &Problem, fit: &Fit, episode: &EpisodeData) -> 
     })
 }
 
-/// Figures on the training or the held-out episodes. `None` if there is no such episode.
-pub(crate) fn figures(problem: &Problem, fit: &Fit, held_out: bool) -> Option<Figures> {
+/// ErrorMetrics on the training or the held-out episodes. `None` if there is no such episode.
+pub(crate) fn error_metrics(problem: &Problem, fit: &Fit, held_out: bool) -> Option<ErrorMetrics> {
     let episodes: Vec<&EpisodeData> = problem.episodes.iter().filter(|e| e.held_out == held_out).collect();
     if episodes.is_empty() {
         return None;
     }
     let scope = if held_out { Scope::HeldOut } else { Scope::Training };
     let rows = evaluate(problem, &fit.effects, &fit.slots, &fit.values, scope, false);
-    let mut found = Figures { effort_bandwidth: problem.bandwidth, ..Figures::default() };
+    let mut found = ErrorMetrics { effort_bandwidth: problem.bandwidth, ..ErrorMetrics::default() };
     let mut relative = [Sum::default(), Sum::default(), Sum::default()];
     for (j, joint) in problem.joints.iter().enumerate() {
         let mut effort = Sum::default();
@@ -163,18 +163,18 @@ pub(crate) fn figures(problem: &Problem, fit: &Fit, held_out: bool) -> Option<Fi
                 windows.add(window_errors(problem, fit, episode).into_iter());
             }
         }
-        let figures = JointFigures {
+        let errors = JointErrorMetrics {
             position_rmse: whole.rms(),
             window_position_rmse: windows.rms(),
             effort_rmse: effort.rms().filter(|_| joint.drive != Drive::None || problem.axis.is_some()),
         };
         let effort_range = effort_range(problem, fit, j);
         let ranges = [joint.scales.span(), joint.scales.span(), effort_range];
-        let values = [figures.position_rmse, figures.window_position_rmse, figures.effort_rmse];
+        let values = [errors.position_rmse, errors.window_position_rmse, errors.effort_rmse];
         for ((sum, value), range) in relative.iter_mut().zip(values).zip(ranges) {
             sum.add(value.filter(|_| range > 0.0).map(|value| value / range).into_iter());
         }
-        found.joints.insert(joint.name.clone(), figures);
+        found.joints.insert(joint.name.clone(), errors);
     }
     [found.relative_position_rmse, found.relative_window_rmse, found.relative_effort_rmse] =
         relative.map(Sum::rms);

@@ -1,4 +1,4 @@
-//! Slopes, delays and lags of signals on uniform times.
+//! Difference quotients, delays and lags of uniformly sampled signals.
 
 use trundle_model::Real;
 

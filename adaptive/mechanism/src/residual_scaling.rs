@@ -1,4 +1,4 @@
-//! Shares by which residuals are divided, so that no parameter makes them small without explaining anything.
+//! Scaling of residuals: shares by which they are divided, so that no parameter makes them small without explaining anything.
 
 use trundle_model::Real;
 
@@ -67,7 +67,7 @@ pub(crate) fn at_least_small<T: Real>(response: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::{delivered_share, passed_share};
-    use crate::shift::lagged;
+    use crate::signals::lagged;
 
     fn commands() -> Vec<f64> {
         (0..400).map(|k| 3.0 + (0.1 * f64::from(k)).sin()).collect()
