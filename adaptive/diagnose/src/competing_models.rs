@@ -57,15 +57,15 @@ pub(crate) fn competing_models(
         ..CompetingModels::default()
     };
     let mut attempts = 0;
-    for (tried, probability) in alternatives(found, probabilities, best) {
-        let effect = tried.names().join(" + ");
+    for (fitted, probability) in alternatives(found, probabilities, best) {
+        let effect = fitted.names().join(" + ");
         let is_possible =
-            probability > MIN_DESIGN_PROBABILITY || pairs.iter().any(|pair| same_kinds(pair.other, tried));
-        let mut text = catalogue_experiment(found, tried, best);
+            probability > MIN_DESIGN_PROBABILITY || pairs.iter().any(|pair| same_kinds(pair.other, fitted));
+        let mut text = catalogue_experiment(found, fitted, best);
         if designing && is_possible && attempts < MAX_DESIGNED_EXPERIMENTS {
             attempts += 1;
-            let names = [&*own_name(best, tried), &*effect];
-            let experiment = engine.experiment(names, [best, tried], &best.fit.channels, watch)?;
+            let names = [&*own_name(best, fitted), &*effect];
+            let experiment = engine.experiment(names, [best, fitted], &best.fit.channels, watch)?;
             if let Some(experiment) = experiment.filter(Experiment::is_informative) {
                 text.clone_from(&experiment.sentence);
                 competing_models.experiments.push(experiment);
@@ -95,8 +95,8 @@ fn pairs<'a>(
     best: &'a FittedModel,
 ) -> Result<Vec<TiedPair<'a>>, InferError> {
     let mut pairs: Vec<TiedPair> = Vec::new();
-    for own in found.tried.iter().filter(|t| same_kinds(t, best)) {
-        for other in found.tried.iter().filter(|t| t.added.len() == own.added.len()) {
+    for own in found.models.iter().filter(|t| same_kinds(t, best)) {
+        for other in found.models.iter().filter(|t| t.added.len() == own.added.len()) {
             let Some((own_effect, other_effect)) = exchanged_effects(own, other) else { continue };
             let fits_alike = (other.fit.cost - own.fit.cost).abs() < MAX_TIE_DIFFERENCE_NATS;
             let undecided = std::ptr::eq(own, best) && is_undecided(own.log_weight(), other.log_weight());
@@ -155,7 +155,7 @@ fn ties(pairs: &[TiedPair<'_>], best: &FittedModel) -> Vec<Vec<String>> {
 fn tied_sets(found: &SearchResult, best: &FittedModel) -> Vec<Vec<Vec<String>>> {
     let own = sorted_names(best);
     let mut class = vec![own.clone()];
-    for other in found.tried.iter().filter(|t| !t.added.is_empty() && !best.added.is_empty()) {
+    for other in found.models.iter().filter(|t| !t.added.is_empty() && !best.added.is_empty()) {
         let names = sorted_names(other);
         let undecided = is_undecided(best.log_weight(), other.log_weight());
         let differ = !extra_effects(best, other).is_empty() && !extra_effects(other, best).is_empty();
@@ -186,19 +186,19 @@ fn alternatives<'a>(
 ) -> Vec<(&'a FittedModel, f64)> {
     let mut reported = vec![sorted_names(best)];
     let mut alternatives = Vec::new();
-    for (tried, &probability) in found.tried.iter().zip(probabilities) {
-        let names = sorted_names(tried);
-        if !tried.added.is_empty() && !reported.contains(&names) && alternatives.len() < MAX_ALTERNATIVES {
+    for (fitted, &probability) in found.models.iter().zip(probabilities) {
+        let names = sorted_names(fitted);
+        if !fitted.added.is_empty() && !reported.contains(&names) && alternatives.len() < MAX_ALTERNATIVES {
             reported.push(names);
-            alternatives.push((tried, probability));
+            alternatives.push((fitted, probability));
         }
     }
     alternatives
 }
 
 /// The names of a model's effects in alphabetical order.
-fn sorted_names(tried: &FittedModel) -> Vec<&'static str> {
-    let mut names = tried.names();
+fn sorted_names(fitted: &FittedModel) -> Vec<&'static str> {
+    let mut names = fitted.names();
     names.sort_unstable();
     names
 }
@@ -222,7 +222,7 @@ fn catalogue_experiment(found: &SearchResult, alternative: &FittedModel, best: &
             && (other.fit.cost - alternative.fit.cost).abs() < MAX_TIE_DIFFERENCE_NATS
     };
     let mut indistinguishable: Vec<&str> = found
-        .tried
+        .models
         .iter()
         .filter(fits_alike)
         .filter_map(|other| exchanged_effects(alternative, other))

@@ -57,7 +57,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 /// If the user interrupts.
 pub(crate) fn cross_validate(
     engine: &dyn Engine,
-    tried: &FittedModel,
+    fitted: &FittedModel,
     compared_with: &FittedModel,
     watch: &dyn Watch,
 ) -> Result<LeftOutPrediction, InferError> {
@@ -71,7 +71,8 @@ pub(crate) fn cross_validate(
     };
     let one = |fold: usize, watch: &dyn Watch| -> Result<(Vec<Vec<f64>>, PredictedSamples), InferError> {
         let inside = |k: usize| k % folds == fold;
-        let fitted = if folds > 1 { refitted(engine, tried, &|k| !inside(k), watch)? } else { tried.clone() };
+        let fitted =
+            if folds > 1 { refitted(engine, fitted, &|k| !inside(k), watch)? } else { fitted.clone() };
         let own = data.training.iter().enumerate().filter(|(k, _)| inside(*k));
         let errors = own.map(|(_, episode)| scored(&fitted, episode)).collect::<Result<_, InferError>>()?;
         Ok((errors, engine.predicted(&fitted, &inside)?))
@@ -101,22 +102,22 @@ fn in_order<T>(folds: Vec<Vec<Vec<T>>>, count: usize) -> Vec<Vec<T>> {
 /// values from the fit to all episodes. For example, other episodes cannot predict the time of an event.
 fn refitted(
     engine: &dyn Engine,
-    tried: &FittedModel,
+    fitted: &FittedModel,
     keep: &dyn Fn(usize) -> bool,
     watch: &dyn Watch,
 ) -> Result<FittedModel, InferError> {
     let mut model = engine.nominal().clone();
-    model.effects.extend(tried.added.iter().cloned());
-    let found = engine.refitted(tried, &model, keep, watch)?;
+    model.effects.extend(fitted.added.iter().cloned());
+    let found = engine.refitted(fitted, &model, keep, watch)?;
     let is_lost = |name: &str| {
-        tried.fit.estimate(name).is_some_and(|all| all.identified) && !is_identified(&found, name)
+        fitted.fit.estimate(name).is_some_and(|all| all.identified) && !is_identified(&found, name)
     };
-    let Some(model) = with_fixed(model, &tried.fit.model, is_lost) else { return Ok(found) };
-    engine.refitted(tried, &model, keep, watch)
+    let Some(model) = with_fixed(model, &fitted.fit.model, is_lost) else { return Ok(found) };
+    engine.refitted(fitted, &model, keep, watch)
 }
 
-fn is_identified(tried: &FittedModel, name: &str) -> bool {
-    tried.fit.estimate(name).is_none_or(|estimate| estimate.identified)
+fn is_identified(fitted: &FittedModel, name: &str) -> bool {
+    fitted.fit.estimate(name).is_none_or(|estimate| estimate.identified)
 }
 
 /// A model whose effects have the parameters selected by `is_lost` fixed at their fitted values; `None` if
@@ -156,7 +157,7 @@ fn errors(score: &Score, gyration: f64, quasi: bool) -> Vec<f64> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind};
@@ -178,17 +179,17 @@ mod tests {
     fn error_ratio_without(truth: Model, effect: Effect) -> f64 {
         let data = World::of(truth).recording(4);
         let comparison = Comparison::of(&data).unwrap();
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let nominal = engine.nominal();
-        let tried = |added: Vec<Effect>| {
+        let fitted = |added: Vec<Effect>| {
             let model =
                 Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
             let fit = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
             FittedModel::new(added, fit, None)
         };
         let of = |added| {
-            let tried = tried(added);
-            cross_validate(&engine, &tried, &tried, &Quiet).unwrap()
+            let fitted = fitted(added);
+            cross_validate(&engine, &fitted, &fitted, &Quiet).unwrap()
         };
         of(vec![effect]).error_ratio(&of(vec![]))
     }

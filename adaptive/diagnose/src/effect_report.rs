@@ -11,7 +11,7 @@ use crate::statements::statement;
 use trundle_infer::{InferError, Score};
 use trundle_model::Kind;
 
-/// The tried model without one of the effects.
+/// The fitted model without one of the effects.
 pub(crate) fn without_effect<'a>(
     found: &'a SearchResult,
     full: &FittedModel,
@@ -19,7 +19,7 @@ pub(crate) fn without_effect<'a>(
 ) -> Option<&'a FittedModel> {
     let mut kinds: Vec<Kind> = full.added.iter().map(|e| e.kind).collect();
     kinds.remove(dropped);
-    with_kinds(&found.tried, kinds)
+    with_kinds(&found.models, kinds)
 }
 
 /// The misfit that measures an effect's contribution: of the open-loop motion, or of the wrench if wrenches
@@ -61,6 +61,6 @@ pub(crate) fn reported_effect(
 }
 
 /// Total probability of the models that contain an effect of this name.
-pub(crate) fn effect_probability(tried: &[FittedModel], probabilities: &[f64], name: &str) -> f64 {
-    tried.iter().zip(probabilities).filter(|(t, _)| t.names().contains(&name)).map(|(_, p)| p).sum()
+pub(crate) fn effect_probability(models: &[FittedModel], probabilities: &[f64], name: &str) -> f64 {
+    models.iter().zip(probabilities).filter(|(t, _)| t.names().contains(&name)).map(|(_, p)| p).sum()
 }

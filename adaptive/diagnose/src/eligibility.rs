@@ -10,7 +10,7 @@ pub(crate) const INELIGIBLE: &str = "a model that fits better contains an immate
 /// The best model with an immaterial effect. Until a test rejects its other effects, only models with those
 /// effects may be named.
 pub(crate) struct Eligibility<'a> {
-    /// Index among the tried models.
+    /// Index among the fitted models.
     pub index: usize,
     pub candidate: &'a FittedModel,
     /// Indices of its immaterial effects.
@@ -47,7 +47,7 @@ impl Eligibility<'_> {
 mod tests {
     use super::Eligibility;
     use crate::engine::Engine;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use crate::fitted_model::FittedModel;
     use trundle_fixtures::{World, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn models_with_other_effects_are_ineligible() {
         let data = World::of(locked()).recording(1);
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let comparison = Comparison::of(&data).unwrap();
         let fitted = fit(&comparison, engine.nominal(), &[], &FitOptions::default(), &Quiet).unwrap();
         let of = |kinds: &[Kind]| {

@@ -100,10 +100,10 @@ pub(crate) fn simpler_sets(added: &[Effect]) -> impl Iterator<Item = Vec<Kind>> 
     })
 }
 
-/// The best tried model with effects of the given kinds.
-pub(crate) fn with_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
+/// The best fitted model with effects of the given kinds.
+pub(crate) fn with_kinds(models: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
     kinds.sort();
-    tried.iter().find(|t| {
+    models.iter().find(|t| {
         let mut own: Vec<Kind> = t.added.iter().map(|e| e.kind).collect();
         own.sort();
         own == kinds

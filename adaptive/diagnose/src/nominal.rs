@@ -96,7 +96,7 @@ pub(crate) fn parameters(fit: &Fit, nominal: &Model) -> BTreeMap<String, Paramet
 #[allow(clippy::unwrap_used)]
 mod tests {
     use crate::engine::Engine;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use trundle_fixtures::{World, locked};
     use trundle_infer::Quiet;
     use trundle_model::{State, to_body};
@@ -114,10 +114,10 @@ mod tests {
         for stated in [true, false] {
             let mut data = world.recording(1);
             data.noise.stated = stated;
-            let engine = Own::new(&data, None).unwrap();
+            let engine = PlantEngine::new(&data, None).unwrap();
             let base = engine.base(0, &Quiet).unwrap();
             let found = engine.undistorted(&base, 0, &Quiet).unwrap().unwrap();
-            let [before, after] = [&base, &found].map(|tried| tried.fit.model.body.mass / mass);
+            let [before, after] = [&base, &found].map(|fitted| fitted.fit.model.body.mass / mass);
             assert!(before < 0.5 && after > 0.7 && after < 1.1, "stated {stated}: {before}, {after}");
         }
     }
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn a_nominal_model_that_lacks_nothing_is_kept() {
         let data = World::of(locked()).recording(1);
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         assert!(engine.undistorted(&base, 0, &Quiet).unwrap().is_none());
     }

@@ -5,7 +5,7 @@ use crate::competing_models::competing_models;
 use crate::discrepancy::input_descriptions;
 use crate::effect_report::{effect_probability, reported_effect};
 use crate::engine::Engine;
-use crate::engine::own::Own;
+use crate::engine::plant_engine::PlantEngine;
 use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
@@ -58,7 +58,7 @@ pub struct Outcome {
 /// If there is not enough data, or the user interrupts.
 pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<Outcome, InferError> {
     require_pushing_time(data)?;
-    diagnose_with(&Own::new(data, options.model.as_ref())?, options, watch)
+    diagnose_with(&PlantEngine::new(data, options.model.as_ref())?, options, watch)
 }
 
 /// Diagnose a recording with any engine.
@@ -100,12 +100,12 @@ pub fn diagnose_recording(
         })?;
     let model = options.model.as_ref().map(|model| units::reduced(model, &scales)).transpose()?;
     require_pushing_time(&reduced)?;
-    let decision = decide(&Own::new(&reduced, model.as_ref())?, options, watch)?;
-    let engine = Own::new(data, options.model.as_ref())?;
+    let decision = decide(&PlantEngine::new(&reduced, model.as_ref())?, options, watch)?;
+    let engine = PlantEngine::new(data, options.model.as_ref())?;
     report(&engine, decision.restored(&engine, &scales)?, watch)
 }
 
-/// The decision, before it is reported. Models are indices into the tried models.
+/// The decision, before it is reported. Models are indices into the fitted models.
 struct Decision {
     found: SearchResult,
     base: usize,
@@ -113,7 +113,7 @@ struct Decision {
     chances: Vec<f64>,
     rejected: usize,
     immaterial: Vec<(usize, usize, f64)>,
-    /// Reasons for not naming tried models.
+    /// Reasons for not naming fitted models.
     reasons: BTreeMap<usize, &'static str>,
     /// Lack of fit of the best model.
     lack: Option<LackOfFit>,
@@ -126,50 +126,50 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let searcher = Searcher::new(engine, &options.without, options.seed, watch);
     let mut found = searcher.run()?;
     watch.progress("left-out episodes", 0.0);
-    let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);
+    let base = found.models.iter().position(|t| t.added.is_empty()).unwrap_or(0);
     let Selection { mut best, mut chances, mut rejected, immaterial, mut reasons } =
         Selector { engine, found: &found, base, watch }.select()?;
-    let (mut verdict, mut lack) = verdict_of(engine, found.before, &found.tried[base], &found.tried[best])?;
+    let (mut verdict, mut lack) = verdict_of(engine, found.before, &found.models[base], &found.models[best])?;
     if verdict == Verdict::Unexplained {
         reasons.entry(best).or_insert(LARGE_RESIDUAL);
-        if let Some(nominal) = engine.undistorted(&found.tried[base], options.seed, watch)? {
+        if let Some(nominal) = engine.undistorted(&found.models[base], options.seed, watch)? {
             found.before = engine.lack_of_fit(&nominal)?;
             found.located = engine.located(&nominal, found.before)?;
-            found.tried[base] = nominal;
+            found.models[base] = nominal;
         }
         (best, rejected, chances, lack) = (base, base, vec![], found.before);
     }
     let given = engine.given(watch)?;
-    let fitted = &found.tried[base].fit;
+    let fitted = &found.models[base].fit;
     if let (Verdict::Consistent, Some(given)) = (verdict, &given)
         && given.fit.cost - fitted.cost > max_given_cost(fitted.estimates.len())
     {
         verdict = Verdict::Reparameterised;
     }
     for index in BTreeSet::from([base, best]) {
-        let richer: Vec<&Fit> = immaterial.iter().map(|(other, ..)| &found.tried[*other].fit).collect();
-        let widened = engine.widened(&found.tried[index])?;
-        found.tried[index] = FittedModel { fit: widened.fit.widened_by(&richer), ..widened };
+        let richer: Vec<&Fit> = immaterial.iter().map(|(other, ..)| &found.models[*other].fit).collect();
+        let widened = engine.widened(&found.models[index])?;
+        found.models[index] = FittedModel { fit: widened.fit.widened_by(&richer), ..widened };
     }
     Ok(Decision { base, best, chances, rejected, immaterial, reasons, lack, given, verdict, found })
 }
 
 impl Decision {
     /// Convert to SI units, for the recording prepared in them.
-    fn restored(self, engine: &Own<'_>, scales: &Scales) -> Result<Self, InferError> {
+    fn restored(self, engine: &PlantEngine<'_>, scales: &Scales) -> Result<Self, InferError> {
         let nominal = engine.nominal();
-        let base = &self.found.tried[self.base];
+        let base = &self.found.models[self.base];
         let offset = engine.cost(&units::restored(base, nominal, scales, 0.0)?)? - base.fit.cost;
-        let restored = |tried: &FittedModel| units::restored(tried, nominal, scales, offset);
-        let tried = self.found.tried.iter().map(restored).collect::<Result<Vec<_>, _>>()?;
+        let restored = |fitted: &FittedModel| units::restored(fitted, nominal, scales, offset);
+        let models = self.found.models.iter().map(restored).collect::<Result<Vec<_>, _>>()?;
         let before = self.found.before.map(|lack| units::lack_of_fit(lack, scales));
-        let located = engine.located(&tried[self.base], before)?;
+        let located = engine.located(&models[self.base], before)?;
         let given = match &self.given {
             Some(given) => engine.restored(given, scales, offset)?,
             None => None,
         };
         let lack = self.lack.map(|lack| units::lack_of_fit(lack, scales));
-        let found = SearchResult { tried, before, located, ..self.found };
+        let found = SearchResult { models, before, located, ..self.found };
         Ok(Self { found, lack, given, ..self })
     }
 }
@@ -180,8 +180,8 @@ fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<
     let Decision { found, base, best, chances, rejected, immaterial, reasons, lack, given, verdict } =
         decision;
     let (data, nominal) = (engine.data(), engine.nominal());
-    let (base, best) = (&found.tried[base], &found.tried[best]);
-    let (all, probabilities) = (probabilities(&found.tried, 0), probabilities(&found.tried, rejected));
+    let (base, best) = (&found.models[base], &found.models[best]);
+    let (all, probabilities) = (probabilities(&found.models, 0), probabilities(&found.models, rejected));
     let before = match (&given, verdict) {
         (Some(given), Verdict::Reparameterised) => given,
         _ => base,
@@ -212,20 +212,20 @@ fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<
     let mut missing = Vec::new();
     for (k, chance) in chances.iter().enumerate() {
         let chance =
-            chance.min(effect_probability(&found.tried, &probabilities, best.names()[k])) * law_probability;
+            chance.min(effect_probability(&found.models, &probabilities, best.names()[k])) * law_probability;
         missing.push(reported_effect(engine, &found, best, k, calibrated(chance))?);
     }
     let immaterial = immaterial
         .iter()
-        .map(|&(index, k, chance)| (&found.tried[index], k, chance))
-        .filter(|(tried, k, _)| !best.names().contains(&tried.names()[*k]))
-        .map(|(tried, k, chance)| {
+        .map(|&(index, k, chance)| (&found.models[index], k, chance))
+        .filter(|(fitted, k, _)| !best.names().contains(&fitted.names()[*k]))
+        .map(|(fitted, k, chance)| {
             reported_effect(
                 engine,
                 &found,
-                tried,
+                fitted,
                 k,
-                calibrated(chance.min(effect_probability(&found.tried, &all, tried.names()[k]))),
+                calibrated(chance.min(effect_probability(&found.models, &all, fitted.names()[k]))),
             )
         })
         .filter(|effect| {
@@ -301,7 +301,7 @@ fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<
             stated: data.noise.stated,
         },
         episodes: series::episodes(engine, [before, after], [&missing_before, &missing_after])?,
-        candidates: tried_models(engine.observations(), &found, &probabilities, &reasons),
+        candidates: ranked_models(engine.observations(), &found, &probabilities, &reasons),
     };
     Ok(Outcome {
         model: engine.model_toml(after)?,
@@ -315,12 +315,12 @@ fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<
 /// are compared.
 fn residual_summary(
     engine: &dyn Engine,
-    tried: &FittedModel,
+    fitted: &FittedModel,
     [before, after]: [Option<LackOfFit>; 2],
     missing: &crate::missing_wrenches::MissingWrenches,
 ) -> Result<ResidualSummary, InferError> {
     let along = || missing.training.iter().flatten().flatten().map(|residual| residual.wrench).collect();
-    let wrenches: Vec<[f64; 3]> = engine.residual_wrenches(tried)?.unwrap_or_else(along);
+    let wrenches: Vec<[f64; 3]> = engine.residual_wrenches(fitted)?.unwrap_or_else(along);
     let mean = |of: &dyn Fn(&[f64; 3]) -> f64| {
         let sum: f64 = wrenches.iter().map(of).sum();
         (!wrenches.is_empty()).then(|| (sum / wrenches.len() as f64).sqrt())
@@ -351,7 +351,7 @@ fn error_metrics(
     Ok(ErrorMetrics { held_out, training: pair(&data.training)? })
 }
 
-fn tried_models(
+fn ranked_models(
     observations: usize,
     found: &SearchResult,
     probabilities: &[f64],
@@ -364,7 +364,7 @@ fn tried_models(
         probability,
         reason: reasons.get(&index).copied(),
     };
-    found.tried.iter().zip(probabilities).enumerate().map(one).collect()
+    found.models.iter().zip(probabilities).enumerate().map(one).collect()
 }
 
 fn predictions(
@@ -374,10 +374,10 @@ fn predictions(
 ) -> Result<Predictions, InferError> {
     let settling = unscored_time(&before.fit.model).max(unscored_time(&after.fit.model));
     let held_out = &engine.data().held_out;
-    let poses = |tried: &FittedModel| -> Result<Vec<[f64; 3]>, InferError> {
+    let poses = |fitted: &FittedModel| -> Result<Vec<[f64; 3]>, InferError> {
         let mut all = vec![];
         for episode in held_out {
-            let simulated = engine.open_loop(tried, episode)?;
+            let simulated = engine.open_loop(fitted, episode)?;
             all.extend(simulated.unwrap_or_else(|| vec![[f64::NAN; 3]; episode.pose.len()]));
         }
         Ok(all)

@@ -162,7 +162,7 @@ const PARENTS_PER_KIND: usize = 4;
 mod tests {
     use super::ScreenOptions;
     use crate::engine::Engine;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
     use trundle_model::{Effect, Kind, Model};
@@ -170,7 +170,7 @@ mod tests {
     /// Gain that the score test promises for each kind, the best first.
     fn promised(truth: Model) -> Vec<(Kind, f64)> {
         let data = World::of(truth).recording(2);
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         let kinds =
             [Kind::FloorSlope, Kind::ForceBias, Kind::CoulombFriction, Kind::Latency, Kind::MassChange];

@@ -21,7 +21,7 @@ pub(crate) const LARGE_RESIDUAL: &str = "its residual exceeds what noise explain
 
 /// The selected model.
 pub(crate) struct Selection {
-    /// Its index among the tried models.
+    /// Its index among the fitted models.
     pub best: usize,
     /// For each of its effects, the probability that left-out episodes are predicted better with it.
     pub chances: Vec<f64>,
@@ -29,7 +29,7 @@ pub(crate) struct Selection {
     pub rejected: usize,
     /// Immaterial effects: the model's index, the effect's index in it, and its probability.
     pub immaterial: Vec<(usize, usize, f64)>,
-    /// Reasons for not naming tried models. Models with less weight than the selected one are not tested.
+    /// Reasons for not naming fitted models. Models with less weight than the selected one are not tested.
     pub reasons: BTreeMap<usize, &'static str>,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Selection {
 pub(crate) struct Selector<'a> {
     pub engine: &'a dyn Engine,
     pub found: &'a SearchResult,
-    /// Index of the nominal model among the tried models.
+    /// Index of the nominal model among the fitted models.
     pub base: usize,
     pub watch: &'a dyn Watch,
 }
@@ -52,13 +52,13 @@ impl Selector<'_> {
         let mut immaterial: Vec<(usize, usize, f64)> = vec![];
         let mut reasons = BTreeMap::new();
         let mut eligibility: Option<Eligibility<'_>> = None;
-        let tried = &self.found.tried;
-        if self.found.leaves_too_much {
+        let models = &self.found.models;
+        if self.found.has_large_residual {
             reasons.insert(0, LARGE_RESIDUAL);
             return Ok(Selection { best: self.base, chances: vec![], rejected: 0, immaterial, reasons });
         }
         let mut next = 0;
-        while let Some(candidate) = tried.get(next) {
+        while let Some(candidate) = models.get(next) {
             let index = next;
             next += 1;
             if reasons.get(&index).is_some_and(|reason| *reason != INELIGIBLE) {
@@ -103,7 +103,7 @@ impl Selector<'_> {
             );
             for &k in &immaterial_effects {
                 let effect = candidate.names()[k];
-                if immaterial.iter().all(|&(i, j, _)| tried[i].names()[j] != effect) {
+                if immaterial.iter().all(|&(i, j, _)| models[i].names()[j] != effect) {
                     immaterial.push((index, k, chances[k]));
                 }
             }
@@ -165,16 +165,16 @@ impl Selector<'_> {
     /// A model's prediction of left-out episodes, for the comparison with another model.
     fn misfit(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         compared_with: &FittedModel,
         cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<LeftOutPrediction, InferError> {
-        let key = std::ptr::from_ref(tried);
+        let key = std::ptr::from_ref(fitted);
         let all_judged = unscored_time(&compared_with.fit.model) == 0.0;
         if let Some(misfit) = cache.get(&key).filter(|_| all_judged) {
             return Ok(misfit.clone());
         }
-        let found = cross_validate(self.engine, tried, compared_with, self.watch)?;
+        let found = cross_validate(self.engine, fitted, compared_with, self.watch)?;
         cache.insert(key, found.clone());
         Ok(found)
     }
@@ -187,7 +187,7 @@ impl Selector<'_> {
         cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<bool, InferError> {
         for kinds in simpler_sets(&candidate.added) {
-            let Some(other) = with_kinds(&self.found.tried, kinds) else { continue };
+            let Some(other) = with_kinds(&self.found.models, kinds) else { continue };
             let with = self.misfit(candidate, candidate, cache)?;
             if with.error_ratio(&self.misfit(other, candidate, cache)?) < MIN_MATERIAL_ERROR_RATIO {
                 return Ok(true);
@@ -203,10 +203,10 @@ impl Selector<'_> {
         candidate: &FittedModel,
         cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<Vec<usize>, InferError> {
-        let mut misfit = |tried: &FittedModel| self.misfit(tried, candidate, cache);
+        let mut misfit = |fitted: &FittedModel| self.misfit(fitted, candidate, cache);
         let with = misfit(candidate)?;
         let mut immaterial_effects = vec![];
-        if !self.engine.errs_beyond_noise(&self.found.tried[self.base])? {
+        if !self.engine.errs_beyond_noise(&self.found.models[self.base])? {
             return Ok((0..candidate.added.len()).collect());
         }
         for k in 0..candidate.added.len() {
@@ -259,7 +259,7 @@ mod tests {
     use super::{correlation_time, cross_validate, is_defined, probability_of_gain};
     use crate::answer::Value;
     use crate::engine::Engine;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use crate::fitted_model::FittedModel;
     use crate::{Options, diagnose};
     use trundle_fixtures::{World, effect, locked};
@@ -270,14 +270,14 @@ mod tests {
     fn chance_of_slope(truth: Model) -> f64 {
         let data = World::of(truth).recording(4);
         let comparison = Comparison::of(&data).unwrap();
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let predicted = |added: Vec<Effect>| {
             let nominal = engine.nominal();
             let model =
                 Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
             let fitted = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
-            let tried = FittedModel::new(added, fitted, None);
-            cross_validate(&engine, &tried, &tried, &Quiet).unwrap().samples
+            let fitted = FittedModel::new(added, fitted, None);
+            cross_validate(&engine, &fitted, &fitted, &Quiet).unwrap().samples
         };
         let with = predicted(vec![Effect::free(Kind::FloorSlope)]);
         probability_of_gain(correlation_time(&with), &with, &predicted(vec![]))
@@ -308,7 +308,7 @@ mod tests {
     fn fit_with_identified(kind: Kind, known: &[&str]) -> FittedModel {
         let data = World::of(locked()).recording(4);
         let added = vec![Effect::free(kind)];
-        let nominal = Own::new(&data, None).unwrap().nominal().clone();
+        let nominal = PlantEngine::new(&data, None).unwrap().nominal().clone();
         let model = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal };
         let options = FitOptions { starts: 1, ..FitOptions::default() };
         let mut fitted = fit(&Comparison::of(&data).unwrap(), &model, &[], &options, &Quiet).unwrap();
@@ -337,12 +337,12 @@ mod tests {
 
     #[test]
     fn a_combination_of_gains_defines_a_scale_error() {
-        let mut tried = fit_with_identified(Kind::ForceScale, &[]);
-        let at = |key: &str| tried.fit.slots.iter().position(|slot| slot.name.ends_with(key)).unwrap();
+        let mut fitted = fit_with_identified(Kind::ForceScale, &[]);
+        let at = |key: &str| fitted.fit.slots.iter().position(|slot| slot.name.ends_with(key)).unwrap();
         let [x, y] = [at("gain_y"), at("gain_torque")];
-        tried.fit.spread[(x, y)] = 0.999;
-        tried.fit.spread[(y, x)] = 0.999;
-        assert!(is_defined(&tried, 0));
+        fitted.fit.spread[(x, y)] = 0.999;
+        fitted.fit.spread[(y, x)] = 0.999;
+        assert!(is_defined(&fitted, 0));
     }
 
     #[test]
@@ -350,14 +350,14 @@ mod tests {
         let load = effect(Kind::MassChange, &[("episode", 1.0), ("time", 2.0), ("mass", 26.0)]);
         let data = World::of(locked().with(load.clone())).recording(4);
         let added = vec![Effect::free(Kind::MassChange).with("episode", Some(1.0))];
-        let nominal = Own::new(&data, None).unwrap().nominal().clone();
+        let nominal = PlantEngine::new(&data, None).unwrap().nominal().clone();
         let free = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal };
         let own: Vec<f64> = [20.0, 0.0, 0.0, 0.0, 20.0, 100.0, 1.0, 2.0, 20.0].into();
         let options = FitOptions { starts: 2, ..FitOptions::default() };
         let fitted = fit(&Comparison::of(&data).unwrap(), &free, &[own], &options, &Quiet).unwrap();
-        let tried = FittedModel::new(added, fitted, None);
-        let mass = tried.fit.estimate("mass_change.mass").unwrap();
-        assert!(mass.mean > 22.0 && is_defined(&tried, 0), "{mass:?}");
+        let fitted = FittedModel::new(added, fitted, None);
+        let mass = fitted.fit.estimate("mass_change.mass").unwrap();
+        assert!(mass.mean > 22.0 && is_defined(&fitted, 0), "{mass:?}");
     }
 
     #[test]

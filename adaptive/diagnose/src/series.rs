@@ -28,7 +28,7 @@ pub struct Series {
     pub noise: Noise,
     /// Curves of each episode.
     pub episodes: Vec<Episode>,
-    /// The tried models, best first.
+    /// The fitted models, best first.
     pub candidates: Vec<Candidate>,
 }
 
@@ -83,7 +83,7 @@ pub struct Residual {
     pub sd_after: Option<Vec<[f64; 3]>>,
 }
 
-/// A tried model.
+/// A fitted model.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
     /// Effects added to the nominal model.
@@ -92,7 +92,7 @@ pub struct Candidate {
     pub log_evidence: f64,
     /// Mean log density of a training sample.
     pub log_score: Option<f64>,
-    /// Probability among the tried models.
+    /// Probability among the fitted models.
     pub probability: f64,
     /// Reason for not naming it, if it was tested.
     pub reason: Option<&'static str>,

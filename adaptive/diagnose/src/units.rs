@@ -116,17 +116,17 @@ fn resized(effect: &Effect, scales: &Scales, factor: impl Fn(f64) -> f64) -> Eff
     resized
 }
 
-/// A tried model converted to SI units. `nominal` is the nominal model in SI units, and `offset` is the
+/// A fitted model converted to SI units. `nominal` is the nominal model in SI units, and `offset` is the
 /// change of the cost with the units.
 pub(crate) fn restored(
-    tried: &FittedModel,
+    fitted: &FittedModel,
     nominal: &Model,
     scales: &Scales,
     offset: f64,
 ) -> Result<FittedModel, InferError> {
-    let added: Vec<Effect> = tried.added.iter().map(|effect| resized(effect, scales, |size| size)).collect();
-    let fit = fit(&tried.fit, nominal, &added, scales, offset)?;
-    Ok(FittedModel { added, fit, ..tried.clone() })
+    let added: Vec<Effect> = fitted.added.iter().map(|effect| resized(effect, scales, |size| size)).collect();
+    let fit = fit(&fitted.fit, nominal, &added, scales, offset)?;
+    Ok(FittedModel { added, fit, ..fitted.clone() })
 }
 
 /// A fit of the nominal model with some effects, converted to SI units.

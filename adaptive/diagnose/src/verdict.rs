@@ -53,8 +53,8 @@ pub(crate) fn verdict_of(
     base: &FittedModel,
     model: &FittedModel,
 ) -> Result<(Verdict, Option<LackOfFit>), InferError> {
-    let check_of = |tried: &FittedModel| {
-        if engine.is_quasi_static() { Ok(None) } else { engine.predictive_check(tried).map(Some) }
+    let check_of = |fitted: &FittedModel| {
+        if engine.is_quasi_static() { Ok(None) } else { engine.predictive_check(fitted).map(Some) }
     };
     let is_named = !model.added.is_empty();
     let lack = engine.lack_of_fit(model)?;

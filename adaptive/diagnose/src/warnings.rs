@@ -43,8 +43,8 @@ pub(crate) fn warnings(
             data.training.len()
         ));
     }
-    let error = |tried: &FittedModel, episode: &Prepared| -> Result<Option<f64>, InferError> {
-        let score = engine.score(tried, tried, std::slice::from_ref(episode))?;
+    let error = |fitted: &FittedModel, episode: &Prepared| -> Result<Option<f64>, InferError> {
+        let score = engine.score(fitted, fitted, std::slice::from_ref(episode))?;
         Ok(score.window_position_rmse.or(score.force_rmse))
     };
     let mut largest = 0.0_f64;
@@ -185,7 +185,7 @@ fn significant(value: f64) -> String {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Channels, Quiet};
     use trundle_model::Kind;
@@ -193,14 +193,14 @@ mod tests {
     #[test]
     fn a_held_out_episode_with_another_object_is_reported() {
         let mut data = World::of(locked()).recording(1);
-        let base = |engine: &Own<'_>| engine.base(0, &Quiet).unwrap();
-        let engine = Own::new(&data, None).unwrap();
+        let base = |engine: &PlantEngine<'_>| engine.base(0, &Quiet).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let own = base(&engine);
         let found = warnings(&engine, &own, &own, false).unwrap();
         assert!(found.is_empty(), "{found:?}");
         let rubbing = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 20.0)]);
         data.held_out = World::of(locked().with(rubbing)).recording(1).held_out;
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let found = warnings(&engine, &own, &own, false).unwrap();
         assert!(found[0].contains(&data.held_out[0].name) && found[0].contains("unlike"), "{found:?}");
     }
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn a_model_without_names_that_predicts_worse_is_reported() {
         let data = World::of(locked()).recording(1);
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let before = engine.base(0, &Quiet).unwrap();
         let mut after = before.clone();
         after.fit.values[0] *= 2.0;

@@ -78,30 +78,30 @@ impl<'a> BlackBoxEngine<'a> {
     }
 
     /// Linearised likelihood that belongs to a model.
-    pub(super) fn likelihood_of<'t>(&'t self, tried: &'t FittedModel) -> &'t Arc<PathLikelihood> {
-        tried.basis.as_ref().map_or(&self.likelihood, |basis| &basis.likelihood)
+    pub(super) fn likelihood_of<'t>(&'t self, fitted: &'t FittedModel) -> &'t Arc<PathLikelihood> {
+        fitted.basis.as_ref().map_or(&self.likelihood, |basis| &basis.likelihood)
     }
 
     /// Linearised likelihood of a model that also counts the uncertainty of its laws' wrenches along the measured
     /// motion.
-    pub(super) fn with_law_uncertainty(&self, tried: &FittedModel) -> Result<PathLikelihood, InferError> {
-        let likelihood = self.likelihood_of(tried);
-        if !has_laws_on_object(&tried.fit.model) {
+    pub(super) fn with_law_uncertainty(&self, fitted: &FittedModel) -> Result<PathLikelihood, InferError> {
+        let likelihood = self.likelihood_of(fitted);
+        if !has_laws_on_object(&fitted.fit.model) {
             return Ok((**likelihood).clone());
         }
-        Ok(likelihood.with_law_uncertainty(&plant(tried)?, &likelihood.parameter_values(&tried.fit)))
+        Ok(likelihood.with_law_uncertainty(&plant(fitted)?, &likelihood.parameter_values(&fitted.fit)))
     }
 
-    pub(super) fn simulator_values(&self, tried: &FittedModel) -> Vec<f64> {
-        self.likelihood_of(tried).parameter_values(&tried.fit)
+    pub(super) fn simulator_values(&self, fitted: &FittedModel) -> Vec<f64> {
+        self.likelihood_of(fitted).parameter_values(&fitted.fit)
     }
 
     pub(super) fn rollout<'s>(
         &'s self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         values: &'s [f64],
     ) -> Result<Rollout<'s>, InferError> {
-        let plant = plant(tried)?;
+        let plant = plant(fitted)?;
         // Only the calling thread may poll the watch. Work on other threads polls it between its parts.
         let watch = if rayon::current_thread_index().is_some() { &Quiet } else { self.watch };
         Ok(Rollout { simulator: self.simulator, values, plant, data: self.data, watch })
@@ -109,11 +109,11 @@ impl<'a> BlackBoxEngine<'a> {
 
     pub(super) fn residuals(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         channels: Noise,
     ) -> Result<Vec<Vec<Residual>>, InferError> {
-        let plant = plant(tried)?;
-        Ok(self.with_law_uncertainty(tried)?.residuals(&plant, &self.simulator_values(tried), channels))
+        let plant = plant(fitted)?;
+        Ok(self.with_law_uncertainty(fitted)?.residuals(&plant, &self.simulator_values(fitted), channels))
     }
 }
 
@@ -203,7 +203,7 @@ impl Engine for BlackBoxEngine<'_> {
 
     fn refitted(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
@@ -214,10 +214,10 @@ impl Engine for BlackBoxEngine<'_> {
             local_steps: Some(MAX_REFIT_STEPS),
             ..FitOptions::default()
         };
-        let likelihood = self.with_law_uncertainty(tried)?.only(keep);
-        let model = &Model { mass: model.mass.and(tried.fit.model.mass), ..model.clone() };
-        let at: Vec<f64> = tried.fit.values.iter().copied().chain(self.simulator_values(tried)).collect();
-        Ok(FittedModel { fit: fit(&likelihood, model, &[at], &options, watch)?, ..tried.clone() })
+        let likelihood = self.with_law_uncertainty(fitted)?.only(keep);
+        let model = &Model { mass: model.mass.and(fitted.fit.model.mass), ..model.clone() };
+        let at: Vec<f64> = fitted.fit.values.iter().copied().chain(self.simulator_values(fitted)).collect();
+        Ok(FittedModel { fit: fit(&likelihood, model, &[at], &options, watch)?, ..fitted.clone() })
     }
 
     fn given(&self, watch: &dyn Watch) -> Result<Option<FittedModel>, InferError> {
@@ -242,9 +242,9 @@ impl Engine for BlackBoxEngine<'_> {
         reported.map(|(p, v)| (p.name.clone(), *v)).collect()
     }
 
-    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError> {
-        let (likelihood, sim_values) = (self.with_law_uncertainty(tried)?, self.simulator_values(tried));
-        let Fit { model, values, .. } = &tried.fit;
+    fn lack_of_fit(&self, fitted: &FittedModel) -> Result<Option<LackOfFit>, InferError> {
+        let (likelihood, sim_values) = (self.with_law_uncertainty(fitted)?, self.simulator_values(fitted));
+        let Fit { model, values, .. } = &fitted.fit;
         let innovations = likelihood.innovations(&model.plant(values)?, &sim_values);
         let directions = self.data.dof.iter().filter(|d| **d).count() * likelihood.observations();
         let excess = 0.5 * (innovations.iter().map(|e| e * e).sum::<f64>() - directions as f64).max(0.0);
@@ -255,26 +255,26 @@ impl Engine for BlackBoxEngine<'_> {
 
     fn predicted(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         keep: &dyn Fn(usize) -> bool,
     ) -> Result<PredictedSamples, InferError> {
         Ok(self
-            .with_law_uncertainty(tried)?
+            .with_law_uncertainty(fitted)?
             .only(keep)
-            .predicted(&plant(tried)?, &self.simulator_values(tried)))
+            .predicted(&plant(fitted)?, &self.simulator_values(fitted)))
     }
 
-    fn located(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError> {
+    fn located(&self, fitted: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError> {
         let Some(left) = left else { return Ok(Located::default()) };
-        let residuals = self.residuals(tried, left.channels)?;
-        let found = windows(&residuals, self.likelihood_of(tried));
+        let residuals = self.residuals(fitted, left.channels)?;
+        let found = windows(&residuals, self.likelihood_of(fitted));
         Ok(Located::from_residuals(&residuals, found, &self.bare.body))
     }
 
-    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
-        let plant = plant(tried)?;
+    fn channels(&self, fitted: &FittedModel) -> Result<Channels, InferError> {
+        let plant = plant(fitted)?;
         let mut sum = [0.0; 3];
-        let innovations = self.likelihood_of(tried).innovations(&plant, &self.simulator_values(tried));
+        let innovations = self.likelihood_of(fitted).innovations(&plant, &self.simulator_values(fitted));
         for (k, innovation) in innovations.iter().enumerate() {
             sum[k % 3] += innovation * innovation;
         }
@@ -283,36 +283,36 @@ impl Engine for BlackBoxEngine<'_> {
         Ok(Channels { x, y, theta })
     }
 
-    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
-        self.predictions(tried)
+    fn predictive_check(&self, fitted: &FittedModel) -> Result<PredictiveCheck, InferError> {
+        self.predictions(fitted)
     }
 
     fn score(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         compared_with: &FittedModel,
         episodes: &[Prepared],
     ) -> Result<Score, InferError> {
-        let settling = unscored_time(&compared_with.fit.model).max(unscored_time(&tried.fit.model));
-        self.rollout(tried, &self.simulator_values(tried))?.score(episodes, settling)
+        let settling = unscored_time(&compared_with.fit.model).max(unscored_time(&fitted.fit.model));
+        self.rollout(fitted, &self.simulator_values(fitted))?.score(episodes, settling)
     }
 
     fn open_loop(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         episode: &Prepared,
     ) -> Result<Option<Vec<[f64; 3]>>, InferError> {
-        let values = self.simulator_values(tried);
-        let rollout = self.rollout(tried, &values)?;
+        let values = self.simulator_values(fitted);
+        let rollout = self.rollout(fitted, &values)?;
         rollout.open_loop(&rollout.episode_states(episode)?).map(Some)
     }
 
     fn missing_wrenches(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         left: Option<LackOfFit>,
     ) -> Result<MissingWrenches, InferError> {
-        let training = left.map(|left| self.residuals(tried, left.channels)).transpose()?;
+        let training = left.map(|left| self.residuals(fitted, left.channels)).transpose()?;
         Ok(MissingWrenches { training, held_out: None })
     }
 
@@ -347,23 +347,23 @@ impl Engine for BlackBoxEngine<'_> {
         Ok(None)
     }
 
-    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {
-        Ok(Box::new(self.with_law_uncertainty(tried)?))
+    fn likelihood(&self, fitted: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {
+        Ok(Box::new(self.with_law_uncertainty(fitted)?))
     }
 
-    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter> {
+    fn parameters(&self, fitted: &FittedModel) -> BTreeMap<String, Parameter> {
         let of_simulator = |e: &&Estimate| self.simulator.parameters.iter().any(|p| p.name == e.name);
         let one = |e: &Estimate| {
             let kept = |value: f64| e.identified.then_some(value);
             let (mean, sd) = (kept(e.mean), kept(e.sd));
             (e.name.clone(), Parameter { mean, sd, unit: e.unit, identifiable: e.identified })
         };
-        tried.fit.estimates.iter().filter(of_simulator).map(one).collect()
+        fitted.fit.estimates.iter().filter(of_simulator).map(one).collect()
     }
 
     /// `model.toml` with the posterior of the laws' parameters. The simulator's parameters do not belong to the
     /// model.
-    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError> {
+    fn model_toml(&self, fitted: &FittedModel) -> Result<String, InferError> {
         let law_innovations = |all: Posterior| {
             let named = |name: &String| self.simulator.parameters.iter().all(|p| p.name != *name);
             let kept: Vec<usize> = (0..all.names.len()).filter(|&k| named(&all.names[k])).collect();
@@ -374,6 +374,6 @@ impl Engine for BlackBoxEngine<'_> {
                 covariance: kept.iter().map(|&i| row(i)).collect(),
             })
         };
-        Ok(tried.fit.model.to_toml(tried.fit.posterior().and_then(law_innovations).as_ref())?)
+        Ok(fitted.fit.model.to_toml(fitted.fit.posterior().and_then(law_innovations).as_ref())?)
     }
 }

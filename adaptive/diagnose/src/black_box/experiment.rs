@@ -14,7 +14,7 @@ use crate::design::{
     CompetingModel, Experiment, Limits, PosePredictor, Setup, experiment, misfit_after_refit, verify,
 };
 use crate::engine::Engine;
-use crate::engine::own::Own;
+use crate::engine::plant_engine::PlantEngine;
 use crate::fitted_model::{Effort, FittedModel, Job};
 use trundle_infer::{Channels, InferError, Watch};
 use trundle_record::{Noise, Prepared};
@@ -33,7 +33,7 @@ impl BlackBoxEngine<'_> {
             Setup::from_recording(self.data, channels, Limits::from_recording(self.data)).with_short_search();
         let Some(surrogates) = self.surrogates(names, models, watch)? else { return Ok(None) };
         let planned = experiment(&setup, &surrogates[0], &surrogates[1], 1, watch)?;
-        let predictors = models.map(|tried| move |episode: &Prepared| self.simulated_poses(tried, episode));
+        let predictors = models.map(|fitted| move |episode: &Prepared| self.simulated_poses(fitted, episode));
         let predictors: [&PosePredictor<'_>; 2] = [&predictors[0], &predictors[1]];
         let noise = &setup.instruments.noise;
         let separation = |[first, second]: &[Prepared; 2]| {
@@ -53,16 +53,16 @@ impl BlackBoxEngine<'_> {
         models: [&FittedModel; 2],
         watch: &dyn Watch,
     ) -> Result<Option<[CompetingModel; 2]>, InferError> {
-        let plant = Own::new(self.data, None)?;
+        let plant = PlantEngine::new(self.data, None)?;
         if plant.is_quasi_static() {
             return Ok(None);
         }
         let base = plant.base(self.seed, watch)?;
-        let one = |tried: &FittedModel| {
-            let effects = tried.fit.model.effects.iter();
+        let one = |fitted: &FittedModel| {
+            let effects = fitted.fit.model.effects.iter();
             let values = effects.flat_map(|effect| effect.values.iter().map(|value| value.unwrap_or(0.0)));
             let start = base.fit.values.iter().copied().chain(values).collect();
-            plant.fit(Job::from(&base, tried.added.clone(), vec![start]), Effort::Full, self.seed, watch)
+            plant.fit(Job::from(&base, fitted.added.clone(), vec![start]), Effort::Full, self.seed, watch)
         };
         let fits = [one(models[0]), one(models[1])];
         if fits.iter().any(|fit| matches!(fit, Err(InferError::NoStart { .. }))) {
@@ -76,9 +76,9 @@ impl BlackBoxEngine<'_> {
     }
 
     /// Simulated poses of an episode that was not recorded.
-    fn simulated_poses(&self, tried: &FittedModel, episode: &Prepared) -> Result<Vec<[f64; 3]>, InferError> {
-        let values = self.simulator_values(tried);
-        let rollout = self.rollout(tried, &values)?;
+    fn simulated_poses(&self, fitted: &FittedModel, episode: &Prepared) -> Result<Vec<[f64; 3]>, InferError> {
+        let values = self.simulator_values(fitted);
+        let rollout = self.rollout(fitted, &values)?;
         rollout.open_loop(&rollout.without_poses(episode))
     }
 
@@ -90,16 +90,16 @@ impl BlackBoxEngine<'_> {
         noise: &Noise,
     ) -> Result<f64, InferError> {
         let path = Path::new(episode, noise)?;
-        let lack_of_fit = |tried: &FittedModel| -> Result<f64, InferError> {
-            let (values, plant) = (self.simulator_values(tried), plant(tried)?);
+        let lack_of_fit = |fitted: &FittedModel| -> Result<f64, InferError> {
+            let (values, plant) = (self.simulator_values(fitted), plant(fitted)?);
             let (channels, paths) = (Channels::of(noise), std::slice::from_ref(&path));
             let mut likelihood =
                 PathLikelihood::new(self.simulator, &values, paths, channels, self.data.dof, self.watch)?;
-            if has_laws_on_object(&tried.fit.model) {
+            if has_laws_on_object(&fitted.fit.model) {
                 likelihood = likelihood.with_law_uncertainty(&plant, &values);
             }
             let misfit = 0.5 * likelihood.innovations(&plant, &values).iter().map(|e| e * e).sum::<f64>();
-            Ok(misfit_after_refit(&likelihood, &self.free_model(tried), &tried.fit, misfit)?.unwrap_or(0.0))
+            Ok(misfit_after_refit(&likelihood, &self.free_model(fitted), &fitted.fit, misfit)?.unwrap_or(0.0))
         };
         let [truth, other] = models;
         Ok((lack_of_fit(other)? - lack_of_fit(truth)?).max(0.0))

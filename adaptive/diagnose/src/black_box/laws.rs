@@ -6,8 +6,8 @@ use trundle_model::{EffectTarget, Kind, Model, Plant};
 use trundle_record::Dataset;
 
 /// Plant with the laws of a model.
-pub(super) fn plant(tried: &FittedModel) -> Result<Plant<f64>, InferError> {
-    Ok(tried.fit.model.plant(&tried.fit.values)?)
+pub(super) fn plant(fitted: &FittedModel) -> Result<Plant<f64>, InferError> {
+    Ok(fitted.fit.model.plant(&fitted.fit.values)?)
 }
 
 /// Rigid body without laws. Its mass is the stated one, else `apparent_mass`, else that of the footprint.

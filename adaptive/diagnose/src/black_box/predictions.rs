@@ -12,10 +12,10 @@ use trundle_infer::{InferError, PREDICTION_WINDOW_S, unscored_time};
 impl BlackBoxEngine<'_> {
     /// Errors of one-second predictions. The simulator predicts; the covariance of the error follows from its
     /// linearisation and the noise of the instruments.
-    pub(super) fn predictions(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
+    pub(super) fn predictions(&self, fitted: &FittedModel) -> Result<PredictiveCheck, InferError> {
         let (likelihood, dof, values) =
-            (self.likelihood_of(tried), self.data.dof, self.simulator_values(tried));
-        let (rollout, settling) = (self.rollout(tried, &values)?, unscored_time(&tried.fit.model));
+            (self.likelihood_of(fitted), self.data.dof, self.simulator_values(fitted));
+        let (rollout, settling) = (self.rollout(fitted, &values)?, unscored_time(&fitted.fit.model));
         let judged = if settling > 0.0 { settling } else { f64::NEG_INFINITY };
         let free = |v: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { v[k] } else { 0.0 });
         let mut ends = vec![];
@@ -54,7 +54,7 @@ impl BlackBoxEngine<'_> {
         let pose = self.likelihood.channels.pose;
         let mut simulated = vec![];
         for (episode, predicted_sds) in self.data.training.iter().zip(uncorrected.predicted_sds()) {
-            let [a, b] = models.map(|tried| self.open_loop(tried, episode));
+            let [a, b] = models.map(|fitted| self.open_loop(fitted, episode));
             let (a, b) = (a?.unwrap_or_default(), b?.unwrap_or_default());
             let at = |&(t, sd): &(f64, [f64; 3])| {
                 let k = episode.pose.partition_point(|p| p.t < t - 1e-6);
@@ -64,7 +64,7 @@ impl BlackBoxEngine<'_> {
             let samples = predicted_sds.iter().filter_map(at).collect();
             simulated.push(SimulatedPair { episode: episode.name.clone(), samples });
         }
-        let costs = models.map(|tried| tried.fit.cost);
+        let costs = models.map(|fitted| fitted.fit.cost);
         Ok(certificate_from_simulations(names, costs, &simulated, self.data.dof))
     }
 }

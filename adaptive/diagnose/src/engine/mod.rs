@@ -1,7 +1,7 @@
-//! Interface between a diagnosis and a simulation: trundle's own plant ([`Own`]) or a black-box simulator
+//! Interface between a diagnosis and a simulation: trundle's own plant ([`PlantEngine`]) or a black-box simulator
 //! ([`crate::black_box`]). Search, decision and answer use no other property of the simulation.
 
-pub(crate) mod own;
+pub(crate) mod plant_engine;
 
 use crate::answer::Channels;
 use crate::best_subset::{EffectSet, best_sets};
@@ -71,10 +71,10 @@ pub(crate) trait Engine: Sync {
     /// A cheaper engine for screening fits; `None` if there is none.
     fn thinned<'a>(&'a self) -> Option<Box<dyn Engine + 'a>>;
 
-    /// The engine with a random-walk wrench in every model, the smallest with which the misfit of `tried` is moderate; `None`
+    /// The engine with a random-walk wrench in every model, the smallest with which the misfit of `fitted` is moderate; `None`
     /// if the misfit is moderate without it, or if there is no such engine.
-    fn softened<'a>(&'a self, tried: &FittedModel) -> Result<Option<Box<dyn Engine + 'a>>, InferError> {
-        let _ = tried;
+    fn softened<'a>(&'a self, fitted: &FittedModel) -> Result<Option<Box<dyn Engine + 'a>>, InferError> {
+        let _ = fitted;
         Ok(None)
     }
 
@@ -149,7 +149,7 @@ pub(crate) trait Engine: Sync {
     /// parameters of its effects fixed.
     fn refitted(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
@@ -162,52 +162,55 @@ pub(crate) trait Engine: Sync {
     fn given_values(&self, given: Option<&FittedModel>) -> BTreeMap<String, f64>;
 
     /// The lack-of-fit test of a model; `None` if wrenches are compared.
-    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError>;
+    fn lack_of_fit(&self, fitted: &FittedModel) -> Result<Option<LackOfFit>, InferError>;
 
     /// A model's prediction of each sample of the training episodes that `keep` selects.
     fn predicted(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         keep: &dyn Fn(usize) -> bool,
     ) -> Result<PredictedSamples, InferError>;
 
     /// Where a model disagrees with the recording.
-    fn located(&self, tried: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError>;
+    fn located(&self, fitted: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError>;
 
     /// Shares of the standardised misfit by direction.
-    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError>;
+    fn channels(&self, fitted: &FittedModel) -> Result<Channels, InferError>;
 
     /// The predictive check one second ahead.
-    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError>;
+    fn predictive_check(&self, fitted: &FittedModel) -> Result<PredictiveCheck, InferError>;
 
     /// Whether a model's errors exceed the instruments' noise, so that a further effect could improve its
     /// predictions. Slow pushes are judged by the wrench alone.
-    fn errs_beyond_noise(&self, tried: &FittedModel) -> Result<bool, InferError> {
-        Ok(self.is_quasi_static() || self.predictive_check(tried)?.is_beyond_noise())
+    fn errs_beyond_noise(&self, fitted: &FittedModel) -> Result<bool, InferError> {
+        Ok(self.is_quasi_static() || self.predictive_check(fitted)?.is_beyond_noise())
     }
 
     /// Error metrics on some episodes. Samples that are not scored for `compared_with` are excluded here too.
     fn score(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         compared_with: &FittedModel,
         episodes: &[Prepared],
     ) -> Result<Score, InferError>;
 
     /// Simulated poses of an episode, one for each recorded pose; `None` if inertia is negligible.
-    fn open_loop(&self, tried: &FittedModel, episode: &Prepared)
-    -> Result<Option<Vec<[f64; 3]>>, InferError>;
+    fn open_loop(
+        &self,
+        fitted: &FittedModel,
+        episode: &Prepared,
+    ) -> Result<Option<Vec<[f64; 3]>>, InferError>;
 
     /// The missing wrench along every episode.
     fn missing_wrenches(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         lack: Option<LackOfFit>,
     ) -> Result<MissingWrenches, InferError>;
 
     /// The unsmoothed missing wrench along every training episode; empty if inertia is negligible.
-    fn unsmoothed(&self, tried: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
-        let _ = tried;
+    fn unsmoothed(&self, fitted: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
+        let _ = fitted;
         Ok(vec![])
     }
 
@@ -215,7 +218,7 @@ pub(crate) trait Engine: Sync {
     fn wrenches(&self, episode: &Prepared, models: [&FittedModel; 2]) -> Result<Option<Wrench>, InferError>;
 
     /// Residual wrenches of the training episodes, if wrenches are compared.
-    fn residual_wrenches(&self, tried: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError>;
+    fn residual_wrenches(&self, fitted: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError>;
 
     /// Certificate of how well the recording distinguishes two models.
     fn certificate(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError>;
@@ -238,29 +241,29 @@ pub(crate) trait Engine: Sync {
     ) -> Result<Option<FittedModel>, InferError>;
 
     /// A fitted model with its parameters free.
-    fn free_model(&self, tried: &FittedModel) -> Model {
+    fn free_model(&self, fitted: &FittedModel) -> Model {
         let mut model = self.nominal().clone();
-        model.mass = model.mass.and(tried.fit.model.mass);
-        model.effects.extend(tried.added.iter().cloned());
+        model.mass = model.mass.and(fitted.fit.model.mass);
+        model.effects.extend(fitted.added.iter().cloned());
         model
     }
 
     /// The likelihood of a fit.
-    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError>;
+    fn likelihood(&self, fitted: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError>;
 
     /// The same model with standard deviations that include model error, from the variation between episodes
     /// if there are enough of them.
-    fn widened(&self, tried: &FittedModel) -> Result<FittedModel, InferError> {
-        let found = tried.fit.sandwiched(&self.free_model(tried), &[&*self.likelihood(tried)?])?;
+    fn widened(&self, fitted: &FittedModel) -> Result<FittedModel, InferError> {
+        let found = fitted.fit.sandwiched(&self.free_model(fitted), &[&*self.likelihood(fitted)?])?;
         Ok(found.map_or_else(
-            || tried.clone(),
-            |(fit, basis)| FittedModel { fit: fit.as_normal(basis), ..tried.clone() },
+            || fitted.clone(),
+            |(fit, basis)| FittedModel { fit: fit.as_normal(basis), ..fitted.clone() },
         ))
     }
 
     /// Parameters of the nominal model within a fit.
-    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter>;
+    fn parameters(&self, fitted: &FittedModel) -> BTreeMap<String, Parameter>;
 
     /// `model.toml`.
-    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError>;
+    fn model_toml(&self, fitted: &FittedModel) -> Result<String, InferError>;
 }

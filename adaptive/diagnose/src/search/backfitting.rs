@@ -27,16 +27,16 @@ const MAX_REFINED_MODELS: usize = 2;
 impl Searcher<'_> {
     /// Search the shapes of the best model's effects again. The first search found them while other
     /// parameters were biased, and a fit does not cross edges.
-    pub(super) fn backfit_shapes(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let best = kinds(&tried[0].added);
-        self.backfit_shapes_of(&best, tried)?;
+    pub(super) fn backfit_shapes(&self, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let best = kinds(&models[0].added);
+        self.backfit_shapes_of(&best, models)?;
         // A competing model within the best one's lack of fit may only have a wrong place.
-        let lack = self.engine.lack_of_fit(&tried[0])?.map_or(0.0, |lack| lack.misfit());
+        let lack = self.engine.lack_of_fit(&models[0])?.map_or(0.0, |lack| lack.misfit());
         let near = |t: &&FittedModel| {
-            t.added.len() == best.len() && kinds(&t.added) != best && t.fit.cost < tried[0].fit.cost + lack
+            t.added.len() == best.len() && kinds(&t.added) != best && t.fit.cost < models[0].fit.cost + lack
         };
-        match tried.iter().find(near).map(|t| kinds(&t.added)) {
-            Some(competitor) => self.backfit_shapes_of(&competitor, tried),
+        match models.iter().find(near).map(|t| kinds(&t.added)) {
+            Some(competitor) => self.backfit_shapes_of(&competitor, models),
             None => Ok(()),
         }
     }
@@ -45,11 +45,11 @@ impl Searcher<'_> {
     pub(super) fn backfit_shapes_of(
         &self,
         of: &[Kind],
-        tried: &mut Vec<FittedModel>,
+        models: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
         for _ in 0..MAX_BACKFITTING_ROUNDS {
-            let Some(index) = tried.iter().position(|t| kinds(&t.added) == of) else { return Ok(()) };
-            let best = tried[index].clone();
+            let Some(index) = models.iter().position(|t| kinds(&t.added) == of) else { return Ok(()) };
+            let best = models[index].clone();
             let Some(lack) = self.engine.lack_of_fit(&best)?.map(|lack| lack.misfit()) else { return Ok(()) };
             if best.is_settled || !self.is_inadequate(&best)? {
                 return Ok(());
@@ -58,8 +58,8 @@ impl Searcher<'_> {
             let target_cost = best.fit.cost - (lack * MIN_GAIN_SHARE).max(MIN_SIGNIFICANT_GAIN_NATS);
             let stages =
                 Stages { what: "backfitting of shapes", most: jobs.len(), compared_with: Some(&best) };
-            self.fit_in_stages(stages, jobs, tried, |_| target_cost)?;
-            match tried.iter_mut().find(|t| kinds(&t.added) == of) {
+            self.fit_in_stages(stages, jobs, models, |_| target_cost)?;
+            match models.iter_mut().find(|t| kinds(&t.added) == of) {
                 Some(now) if now.fit.cost > target_cost => now.is_settled = true,
                 _ => {}
             }
@@ -90,8 +90,8 @@ impl Searcher<'_> {
 
     /// Replace each effect of the best model by others. An effect that was found together with a wrong one
     /// may be wrong too.
-    pub(super) fn exchange_effects(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let best = tried[0].clone();
+    pub(super) fn exchange_effects(&self, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let best = models[0].clone();
         if best.added.len() < 2 {
             return Ok(());
         }
@@ -100,7 +100,7 @@ impl Searcher<'_> {
             let (rest, _) = self.split_off(&best, k);
             jobs.extend(self.jobs(&rest, &self.offered(&rest), MAX_FURTHER_KINDS, 1)?);
         }
-        self.try_all("exchange of effects", jobs, MAX_FURTHER_KINDS * best.added.len(), tried)
+        self.fit_new("exchange of effects", jobs, MAX_FURTHER_KINDS * best.added.len(), models)
     }
 
     /// A model without effect number `k`, with all else as fitted, and the values of that effect. The cost of this
@@ -118,8 +118,8 @@ impl Searcher<'_> {
 
     /// Fit the best model without each of its effects, starting from the full model's values. A separate
     /// search may have stopped at another optimum.
-    pub(super) fn drop_each_effect(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let best = tried[0].clone();
+    pub(super) fn drop_each_effect(&self, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let best = models[0].clone();
         if best.added.len() < 2 {
             return Ok(());
         }
@@ -132,19 +132,19 @@ impl Searcher<'_> {
         };
         let jobs: Vec<Job> = (0..best.added.len()).map(without).collect();
         let subsets: Vec<_> = jobs.iter().map(|job| kinds(&job.added)).collect();
-        self.fit_all("models without one effect", jobs, tried)?;
+        self.fit_all("models without one effect", jobs, models)?;
         // The dropped effect may have compensated the wrong place of another.
         for subset in subsets {
-            self.backfit_shapes_of(&subset, tried)?;
+            self.backfit_shapes_of(&subset, models)?;
         }
         // If a smaller model is now the best, drop its effects as well.
-        if tried[0].added.len() < best.added.len() { self.drop_each_effect(tried) } else { Ok(()) }
+        if models[0].added.len() < best.added.len() { self.drop_each_effect(models) } else { Ok(()) }
     }
 
     /// Replace effects of the best model by the simpler laws that they contain. Left-out episodes decide
     /// which laws are needed.
-    pub(super) fn simpler(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let best = tried[0].clone();
+    pub(super) fn fit_simpler_laws(&self, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let best = models[0].clone();
         // A set of laws starts from the fit of its first ones.
         for size in 1.. {
             let (mut jobs, mut is_last) = (vec![], true);
@@ -153,11 +153,11 @@ impl Searcher<'_> {
                 for limit in effect.kind.limiting_kinds() {
                     is_last &= limit.len() <= size;
                     if limit.len() == size {
-                        jobs.extend(self.limit_job(&rest, limit, tried)?);
+                        jobs.extend(self.limit_job(&rest, limit, models)?);
                     }
                 }
             }
-            self.fit_all("simpler laws", jobs, tried)?;
+            self.fit_all("simpler laws", jobs, models)?;
             if is_last {
                 break;
             }
@@ -171,10 +171,10 @@ impl Searcher<'_> {
         &self,
         rest: &FittedModel,
         laws: &[Kind],
-        tried: &[FittedModel],
+        models: &[FittedModel],
     ) -> Result<Option<Job>, InferError> {
         let Some((&last, others)) = laws.split_last() else { return Ok(None) };
-        let fitted = with_kinds(tried, [&kinds(&rest.added), others].concat());
+        let fitted = with_kinds(models, [&kinds(&rest.added), others].concat());
         let parent = if others.is_empty() { Some(rest) } else { fitted };
         let Some(parent) = parent.filter(|parent| self.offered(parent).contains(&last)) else {
             return Ok(None);
@@ -193,9 +193,9 @@ impl Searcher<'_> {
     ///
     /// Each subset starts from the models with one effect more. A separate search may have stopped at another
     /// optimum, and an effect that is added to a badly placed one seems to be needed.
-    pub(super) fn fit_subsets(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let best = tried[0].clone();
-        let with_simpler = simpler_sets(&best.added).filter_map(|kinds| with_kinds(tried, kinds).cloned());
+    pub(super) fn fit_subsets(&self, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let best = models[0].clone();
+        let with_simpler = simpler_sets(&best.added).filter_map(|kinds| with_kinds(models, kinds).cloned());
         let full_models: Vec<FittedModel> = std::iter::once(best.clone()).chain(with_simpler).collect();
         let largest = full_models.iter().map(|full| full.added.len()).max().unwrap_or(0);
         for size in (1..largest).rev() {
@@ -204,17 +204,17 @@ impl Searcher<'_> {
                 let is_fitted = count <= MAX_EFFECTS_FOR_ALL_SUBSETS || size + 2 >= count;
                 let every = 1..(1usize << count) - 1;
                 let subsets = every.filter(|subset| is_fitted && subset.count_ones() as usize == size);
-                subsets.map(|subset| self.subset_job(full, subset, tried)).collect::<Vec<Job>>()
+                subsets.map(|subset| self.subset_job(full, subset, models)).collect::<Vec<Job>>()
             };
             let mut seen = BTreeSet::new();
             let jobs = full_models.iter().flat_map(of).filter(|job| seen.insert(kinds(&job.added))).collect();
-            self.fit_all("subsets of the best model", jobs, tried)?;
+            self.fit_all("subsets of the best model", jobs, models)?;
         }
         Ok(())
     }
 
     /// The fit of the effects of a model whose bits are set in `subset`.
-    fn subset_job(&self, full: &FittedModel, subset: usize, tried: &[FittedModel]) -> Job {
+    fn subset_job(&self, full: &FittedModel, subset: usize, models: &[FittedModel]) -> Job {
         let effects = |bits: usize| -> Vec<Effect> {
             let kept_effects = full.added.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1);
             kept_effects.map(|(_, effect)| effect.clone()).collect()
@@ -223,7 +223,7 @@ impl Searcher<'_> {
         let fill = vec![0.0; model.slots().len()];
         let larger = (0..full.added.len()).map(|k| subset | 1 << k).filter(|bits| *bits != subset);
         let ended =
-            larger.filter_map(|bits| with_kinds(tried, effects(bits).iter().map(|e| e.kind).collect()));
+            larger.filter_map(|bits| with_kinds(models, effects(bits).iter().map(|e| e.kind).collect()));
         let warm = ended.map(|larger| transferred_values(&larger.fit, &model, &fill)).collect();
         Job::from(full, effects(subset), warm)
     }
@@ -231,40 +231,40 @@ impl Searcher<'_> {
     /// Fit the refinements of effects, such as static friction or a drift, if the best model has a
     /// significant lack of fit. Slow pushes are excluded: they have no lack-of-fit test, and a single speed
     /// does not distinguish static from sliding friction.
-    pub(super) fn fit_refinements(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let size = tried[0].added.len();
+    pub(super) fn fit_refinements(&self, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let size = models[0].added.len();
         if size == 0 || self.engine.is_quasi_static() {
             return Ok(());
         }
         // Fitted noise would absorb the misfit of a coarse form.
         let observations = self.engine.observations();
-        let lack = self.engine.lack_of_fit(&self.with_instrument_noise(&tried[0]))?;
+        let lack = self.engine.lack_of_fit(&self.with_instrument_noise(&models[0]))?;
         if lack.is_some_and(|lack| !lack.is_significant(observations)) {
             return Ok(());
         }
         // Competing models are refined too, and once more from the best one's refinements, so that the
         // comparison does not depend on which refinement was found.
-        self.fit_all("refinements", self.refinement_jobs(tried, size, None), tried)?;
-        let best = tried[0].clone();
-        self.fit_all("refinements", self.refinement_jobs(tried, size, Some(&best)), tried)
+        self.fit_all("refinements", self.refinement_jobs(models, size, None), models)?;
+        let best = models[0].clone();
+        self.fit_all("refinements", self.refinement_jobs(models, size, Some(&best)), models)
     }
 
     /// Fits of refinements of the best models of a size and of the best model without one effect, which may
     /// only compensate a coarse form. They start from the values of `like`, or from prior medians.
-    fn refinement_jobs(&self, tried: &[FittedModel], size: usize, like: Option<&FittedModel>) -> Vec<Job> {
+    fn refinement_jobs(&self, models: &[FittedModel], size: usize, like: Option<&FittedModel>) -> Vec<Job> {
         let mut seen = BTreeSet::new();
         if let Some(like) = like {
             seen.insert(kinds(&like.added));
         }
         let mut jobs = Vec::new();
         let coarse = |t: &&FittedModel| t.added.iter().any(|e| with_refinements(e).is_some());
-        let of_size = tried.iter().filter(|t| t.added.len() == size).filter(coarse);
+        let of_size = models.iter().filter(|t| t.added.len() == size).filter(coarse);
         let competitors: Vec<_> =
             of_size.filter(|t| seen.insert(kinds(&t.added))).take(MAX_REFINED_MODELS).collect();
-        let best = &tried[0];
+        let best = &models[0];
         let less = (0..best.added.len()).filter_map(|k| {
             let kept = best.added.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, e)| e.kind);
-            with_kinds(tried, kept.collect()).filter(coarse)
+            with_kinds(models, kept.collect()).filter(coarse)
         });
         let less: Vec<_> = less.filter(|t| seen.insert(kinds(&t.added))).collect();
         for best in competitors.into_iter().chain(less) {

@@ -24,16 +24,16 @@ pub(super) struct Stages<'a> {
 
 impl Searcher<'_> {
     /// Fit models that were not fitted before, as [`Self::fit_promising`].
-    pub(super) fn try_all(
+    pub(super) fn fit_new(
         &self,
         what: &'static str,
         jobs: Vec<Job>,
         most: usize,
-        tried: &mut Vec<FittedModel>,
+        models: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
-        let is_new = |job: &Job| tried.iter().all(|t| !have_same_effects(&t.added, &job.added));
+        let is_new = |job: &Job| models.iter().all(|t| !have_same_effects(&t.added, &job.added));
         let jobs = jobs.into_iter().filter(is_new).collect();
-        self.fit_promising(what, jobs, most, tried)
+        self.fit_promising(what, jobs, most, models)
     }
 
     /// Fit models, of which at most `most` are ranked. Only those that may still become the best are fitted to their
@@ -43,12 +43,12 @@ impl Searcher<'_> {
         what: &'static str,
         jobs: Vec<Job>,
         most: usize,
-        tried: &mut Vec<FittedModel>,
+        models: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
-        let known = lowest(tried.iter().map(|t| t.fit.cost));
+        let known = lowest(models.iter().map(|t| t.fit.cost));
         let from = Some(lowest(jobs.iter().map(|j| j.from))).filter(|cost| cost.is_finite()).unwrap_or(known);
         let stages = Stages { what, most, compared_with: None };
-        self.fit_in_stages(stages, jobs, tried, |ranked| {
+        self.fit_in_stages(stages, jobs, models, |ranked| {
             let best = lowest(ranked.iter().map(|t| t.fit.cost)).min(known);
             best + MAX_COST_GAP_NATS.max(MAX_COST_GAP_SHARE * (from - best))
         })
@@ -60,10 +60,10 @@ impl Searcher<'_> {
         &self,
         Stages { what, most, compared_with }: Stages<'_>,
         jobs: Vec<Job>,
-        tried: &mut Vec<FittedModel>,
+        models: &mut Vec<FittedModel>,
         bound: impl Fn(&[FittedModel]) -> f64,
     ) -> Result<(), InferError> {
-        let Some(thinned) = self.engine.thinned() else { return self.fit_all(what, jobs, tried) };
+        let Some(thinned) = self.engine.thinned() else { return self.fit_all(what, jobs, models) };
         let continued = |t: &FittedModel| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
         let cheaper = Searcher { engine: &*thinned, ..*self };
         let given = jobs.clone();
@@ -91,7 +91,7 @@ impl Searcher<'_> {
         let (promising, others): (Vec<FittedModel>, Vec<FittedModel>) =
             ranked.into_iter().partition(is_promising);
         let optima = self.fitted(what, promising.iter().map(continued).collect(), Effort::Full)?;
-        insert_models(tried, optima.into_iter().chain(others));
+        insert_models(models, optima.into_iter().chain(others));
         Ok(())
     }
 
@@ -100,9 +100,9 @@ impl Searcher<'_> {
         &self,
         what: &'static str,
         jobs: Vec<Job>,
-        tried: &mut Vec<FittedModel>,
+        models: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
-        insert_models(tried, self.fitted(what, jobs, Effort::Full)?);
+        insert_models(models, self.fitted(what, jobs, Effort::Full)?);
         Ok(())
     }
 
@@ -121,7 +121,7 @@ impl Searcher<'_> {
             let one = |job: Job| {
                 let prior = log_prior(job.added.len(), offered);
                 let found = self.engine.fit(job, effort, self.seed, watch);
-                let found = found.map(|tried| FittedModel { log_prior: prior, ..tried });
+                let found = found.map(|fitted| FittedModel { log_prior: prior, ..fitted });
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 watch.progress(what, done as f64 / count as f64);
                 found
@@ -137,18 +137,18 @@ fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
     costs.fold(f64::INFINITY, f64::min)
 }
 
-/// Insert models into the tried ones, sorted by weight. Of models with the same effects only the best is
+/// Insert models into the fitted ones, sorted by weight. Of models with the same effects only the best is
 /// kept.
-pub(super) fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel>) {
-    tried.extend(more);
-    tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
-    let mut kept: Vec<FittedModel> = Vec::with_capacity(tried.len());
-    for one in tried.drain(..) {
+pub(super) fn insert_models(models: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel>) {
+    models.extend(more);
+    models.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
+    let mut kept: Vec<FittedModel> = Vec::with_capacity(models.len());
+    for one in models.drain(..) {
         if kept.iter().all(|k| !have_same_effects(&k.added, &one.added)) {
             kept.push(one);
         }
     }
-    *tried = kept;
+    *models = kept;
 }
 
 #[cfg(test)]
@@ -156,7 +156,7 @@ pub(super) fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterato
 mod tests {
     use super::Stages;
     use crate::engine::Engine;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use crate::search::{Searcher, kinds};
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
@@ -166,18 +166,18 @@ mod tests {
     fn models_that_do_not_improve_on_thinned_data_are_not_ranked() {
         let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
         let data = World::of(locked().with(slope)).recording(3);
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         let searcher = Searcher::new(&engine, &[], 0, &Quiet);
         let jobs = |kind| searcher.jobs(&base, &[kind], 1, 1).unwrap();
-        let mut tried = vec![base.clone()];
-        searcher.try_all("one effect", jobs(Kind::FloorSlope), 1, &mut tried).unwrap();
-        let best = tried[0].clone();
+        let mut models = vec![base.clone()];
+        searcher.fit_new("one effect", jobs(Kind::FloorSlope), 1, &mut models).unwrap();
+        let best = models[0].clone();
         assert_eq!(kinds(&best.added), [Kind::FloorSlope]);
         let mut added = |compared_with| {
             let stages = Stages { what: "one effect", most: 1, compared_with };
-            searcher.fit_in_stages(stages, jobs(Kind::ForceScale), &mut tried, |_| f64::INFINITY).unwrap();
-            tried.len() - 2
+            searcher.fit_in_stages(stages, jobs(Kind::ForceScale), &mut models, |_| f64::INFINITY).unwrap();
+            models.len() - 2
         };
         assert_eq!(added(Some(&best)), 0);
         assert_eq!(added(None), 1);

@@ -35,13 +35,13 @@ use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model};
 
 /// Result of the search: the fitted models, best first.
 pub(crate) struct SearchResult {
-    pub tried: Vec<FittedModel>,
+    pub models: Vec<FittedModel>,
     /// Lack of fit of the nominal model.
     pub before: Option<LackOfFit>,
     /// Where the nominal model disagrees with the recording.
     pub located: Located,
     /// Whether even the best model leaves more than a named model may. It is then not compared with simpler ones.
-    pub leaves_too_much: bool,
+    pub has_large_residual: bool,
 }
 
 /// Kinds that are always fitted, whatever their promised gain.
@@ -98,51 +98,55 @@ impl Searcher<'_> {
         let regions: Vec<_> = located.regions.iter().map(|r| r.polygon.clone()).collect();
         let engine_for_effects = self.engine.for_added_effects(&base, before, self.watch)?;
         let searcher = Searcher { engine: &*engine_for_effects, regions: &regions, ..*self };
-        let mut tried = vec![base.clone()];
-        searcher.add_single_effects(&base, &mut tried)?;
-        searcher.search_softened(&base, &mut tried)?;
-        searcher.add_effects(&base, &mut tried)?;
-        let leaves_too_much = !tried[0].added.is_empty()
-            && verdict_of(&*engine_for_effects, before, &base, &tried[0])?.0 == Verdict::Unexplained;
-        if !leaves_too_much {
-            searcher.simplify(&mut tried)?;
+        let mut models = vec![base.clone()];
+        searcher.add_single_effects(&base, &mut models)?;
+        searcher.search_softened(&base, &mut models)?;
+        searcher.add_effects(&base, &mut models)?;
+        let has_large_residual = !models[0].added.is_empty()
+            && verdict_of(&*engine_for_effects, before, &base, &models[0])?.0 == Verdict::Unexplained;
+        if !has_large_residual {
+            searcher.simplify(&mut models)?;
         }
-        Ok(SearchResult { tried, before, located, leaves_too_much })
+        Ok(SearchResult { models, before, located, has_large_residual })
     }
 
     /// Models with one effect.
-    fn add_single_effects(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    fn add_single_effects(
+        &self,
+        base: &FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> Result<(), InferError> {
         let jobs = self.jobs(base, &self.offered(base), MAX_FIRST_KINDS, SCREENED_PER_RANKED_KIND)?;
-        self.try_all("single effects", jobs, MAX_FIRST_KINDS, tried)
+        self.fit_new("single effects", jobs, MAX_FIRST_KINDS, models)
     }
 
     /// Models with one effect, unless there are some, and with more while the data demand it; best first.
-    fn add_effects(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        if tried.iter().all(|t| t.added.is_empty()) {
-            self.add_single_effects(base, tried)?;
+    fn add_effects(&self, base: &FittedModel, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        if models.iter().all(|t| t.added.is_empty()) {
+            self.add_single_effects(base, models)?;
         }
-        self.backfit_shapes(tried)?;
-        self.simpler(tried)?;
-        self.fit_refinements(tried)?;
-        let (mut before, mut in_vain) = (base.clone(), 0);
-        for size in tried[0].added.len()..MAX_EFFECTS {
-            let best = tried[0].clone();
+        self.backfit_shapes(models)?;
+        self.fit_simpler_laws(models)?;
+        self.fit_refinements(models)?;
+        let (mut before, mut without_gain) = (base.clone(), 0);
+        for size in models[0].added.len()..MAX_EFFECTS {
+            let best = models[0].clone();
             if best.added.is_empty()
                 || !self.is_inadequate(&best)?
                 || !self.engine.errs_beyond_noise(&best)?
             {
                 break;
             }
-            in_vain = if self.is_material_gain(&before, &best)? { 0 } else { in_vain + 1 };
-            if in_vain > LOOK_AHEAD {
+            without_gain = if self.is_material_gain(&before, &best)? { 0 } else { without_gain + 1 };
+            if without_gain > LOOK_AHEAD {
                 break;
             }
             if size == 1 {
-                self.sets(base, tried)?;
+                self.fit_effect_sets(base, models)?;
             }
-            self.one_more(size, tried)?;
-            if !have_same_effects(&tried[0].added, &best.added) {
-                self.revise(tried)?;
+            self.add_one_effect(size, models)?;
+            if !have_same_effects(&models[0].added, &best.added) {
+                self.revise(models)?;
             }
             before = best;
         }
@@ -150,25 +154,25 @@ impl Searcher<'_> {
     }
 
     /// Search the shapes of the best model's effects again, exchange the effects for others, and try refined laws.
-    fn revise(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        self.backfit_shapes(tried)?;
-        self.exchange_effects(tried)?;
-        self.backfit_shapes(tried)?;
-        self.fit_refinements(tried)
+    fn revise(&self, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        self.backfit_shapes(models)?;
+        self.exchange_effects(models)?;
+        self.backfit_shapes(models)?;
+        self.fit_refinements(models)
     }
 
     /// Fit the simpler models with which the best one of several effects is compared before it is named.
-    fn simplify(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let best = tried[0].added.clone();
+    fn simplify(&self, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let best = models[0].added.clone();
         if best.len() < 2 {
             return Ok(());
         }
-        self.simpler(tried)?;
-        self.drop_each_effect(tried)?;
-        if !have_same_effects(&tried[0].added, &best) {
-            self.fit_refinements(tried)?;
+        self.fit_simpler_laws(models)?;
+        self.drop_each_effect(models)?;
+        if !have_same_effects(&models[0].added, &best) {
+            self.fit_refinements(models)?;
         }
-        self.fit_subsets(tried)
+        self.fit_subsets(models)
     }
 
     /// Kinds of effects that may be added to a model.
@@ -235,15 +239,15 @@ impl Searcher<'_> {
     }
 
     /// Add one more effect to the best models with `size` effects, once their shapes were searched again.
-    fn one_more(&self, size: usize, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let best = |tried: &[FittedModel]| -> Vec<FittedModel> {
-            tried.iter().filter(|t| t.added.len() == size).take(MAX_PARENT_MODELS).cloned().collect()
+    fn add_one_effect(&self, size: usize, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let best = |models: &[FittedModel]| -> Vec<FittedModel> {
+            models.iter().filter(|t| t.added.len() == size).take(MAX_PARENT_MODELS).cloned().collect()
         };
-        for parent in best(tried) {
-            self.backfit_shapes_of(&kinds(&parent.added), tried)?;
+        for parent in best(models) {
+            self.backfit_shapes_of(&kinds(&parent.added), models)?;
         }
-        let mut parents = best(tried);
-        let simpler = |t: &FittedModel| simpler_sets(&t.added).find_map(|kinds| with_kinds(tried, kinds));
+        let mut parents = best(models);
+        let simpler = |t: &FittedModel| simpler_sets(&t.added).find_map(|kinds| with_kinds(models, kinds));
         let with_simpler: Vec<FittedModel> = parents.iter().filter_map(simpler).cloned().collect();
         parents.extend(with_simpler);
         let mut jobs = Vec::new();
@@ -257,18 +261,18 @@ impl Searcher<'_> {
         }
         let mut seen = BTreeSet::new();
         jobs.retain(|job| seen.insert(kinds(&job.added)));
-        self.try_all("several effects", jobs, MAX_FURTHER_KINDS * parents.len(), tried)
+        self.fit_new("several effects", jobs, MAX_FURTHER_KINDS * parents.len(), models)
     }
 
     /// Whether the lack of fit under the instruments' noise is larger than that of a law with a slightly
     /// wrong shape, or the prediction errors are material. Fitted noise would absorb unmodelled effects.
-    fn is_inadequate(&self, tried: &FittedModel) -> Result<bool, InferError> {
+    fn is_inadequate(&self, fitted: &FittedModel) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
-        let Some(lack) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
+        let Some(lack) = self.engine.lack_of_fit(&self.with_instrument_noise(fitted))? else {
             return Ok(true);
         };
         Ok(lack.gain > MIN_LACK_OF_FIT_PER_SAMPLE_NATS * observations
-            || !self.is_softened && self.engine.predictive_check(tried)?.is_material())
+            || !self.is_softened && self.engine.predictive_check(fitted)?.is_material())
     }
 
     /// Whether the effects of `best` improve on the smaller model `before` so much that a further effect is likely.
@@ -279,12 +283,12 @@ impl Searcher<'_> {
         if before.added.is_empty() {
             return Ok(true);
         }
-        let [previous, current] = [before, best].map(|tried| self.engine.lack_of_fit(tried));
+        let [previous, current] = [before, best].map(|fitted| self.engine.lack_of_fit(fitted));
         let (Some(previous), Some(current)) = (previous?, current?) else { return Ok(true) };
         if current.is_significant(self.engine.observations()) {
             return Ok(before.fit.cost - best.fit.cost >= fair_share(before.added.len()) * previous.misfit());
         }
-        let [previous, current] = [before, best].map(|tried| self.engine.predictive_check(tried));
+        let [previous, current] = [before, best].map(|fitted| self.engine.predictive_check(fitted));
         Ok(current?.share * MIN_MATERIAL_ERROR_RATIO < previous?.share)
     }
 }
@@ -302,7 +306,7 @@ fn fair_share(effects: usize) -> f64 {
 mod tests {
     use super::{MAX_EFFECTS, Searcher, fair_share, kinds};
     use crate::engine::Engine;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
     use trundle_model::{Kind, State};
@@ -311,15 +315,15 @@ mod tests {
     fn more_kinds_are_fitted_to_thinned_data_than_ranked() {
         let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
         let data = World::of(locked().with(slope)).recording(3);
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         let searcher = Searcher::new(&engine, &[], 0, &Quiet);
         let jobs = searcher.jobs(&base, &searcher.offered(&base), 4, 2).unwrap();
         assert_eq!(jobs.len(), 8);
-        let mut tried = vec![base];
-        searcher.try_all("single effects", jobs, 4, &mut tried).unwrap();
-        assert_eq!(tried.len(), 1 + 4);
-        assert_eq!(kinds(&tried[0].added), [Kind::FloorSlope]);
+        let mut models = vec![base];
+        searcher.fit_new("single effects", jobs, 4, &mut models).unwrap();
+        assert_eq!(models.len(), 1 + 4);
+        assert_eq!(kinds(&models[0].added), [Kind::FloorSlope]);
     }
 
     #[test]
@@ -342,14 +346,14 @@ mod tests {
         let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
         let search = |world: &World| {
             let data = world.recording(5);
-            let engine = Own::new(&data, None).unwrap();
+            let engine = PlantEngine::new(&data, None).unwrap();
             let searcher = Searcher::new(&engine, &[], 0, &Quiet);
             searcher.run().unwrap()
         };
         let unknown = search(&World { out_of_catalogue: force, ..World::of(locked()) });
-        assert!(!unknown.tried[0].added.is_empty() && unknown.leaves_too_much);
+        assert!(!unknown.models[0].added.is_empty() && unknown.has_large_residual);
         let known = search(&World::of(locked().with(slope)));
-        assert_eq!(kinds(&known.tried[0].added), [Kind::FloorSlope]);
-        assert!(!known.leaves_too_much);
+        assert_eq!(kinds(&known.models[0].added), [Kind::FloorSlope]);
+        assert!(!known.has_large_residual);
     }
 }

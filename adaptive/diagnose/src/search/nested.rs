@@ -3,7 +3,7 @@
 
 use super::Searcher;
 use crate::engine::Engine;
-use crate::engine::own::Own;
+use crate::engine::plant_engine::PlantEngine;
 use crate::fitted_model::{Effort, FittedModel};
 use trundle_fixtures::{World, effect, locked};
 use trundle_infer::Quiet;
@@ -18,8 +18,8 @@ const MAX_COST_RISE_PER_PARAMETER_NATS: f64 = 3.4;
 /// not fit it.
 fn cost_rise(searcher: &Searcher<'_>, base: &FittedModel, kind: Kind) -> Option<(f64, usize)> {
     let jobs = searcher.jobs(base, &[kind], 1, 1).unwrap();
-    let tried = searcher.fitted("one", jobs, Effort::Full).unwrap();
-    let one = tried.into_iter().next()?;
+    let fitted = searcher.fitted("one", jobs, Effort::Full).unwrap();
+    let one = fitted.into_iter().next()?;
     let own = one.fit.estimates.len().saturating_sub(base.fit.estimates.len());
     Some((one.fit.cost - base.fit.cost, own))
 }
@@ -27,7 +27,7 @@ fn cost_rise(searcher: &Searcher<'_>, base: &FittedModel, kind: Kind) -> Option<
 /// Add every law of the catalogue to the fit of a small recording.
 fn check(truth: Model, seed: u64) {
     let data = World::of(truth).recording(seed);
-    let engine = Own::new(&data, None).unwrap();
+    let engine = PlantEngine::new(&data, None).unwrap();
     let base = engine.base(seed, &Quiet).unwrap();
     let engine_for_effects = engine.for_added_effects(&base, None, &Quiet).unwrap();
     let searcher = Searcher::new(&*engine_for_effects, &[], seed, &Quiet);

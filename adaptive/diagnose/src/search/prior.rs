@@ -1,4 +1,4 @@
-//! Prior over sets of effects, and posterior over the tried models.
+//! Prior over sets of effects, and posterior over the fitted models.
 
 use crate::fitted_model::FittedModel;
 
@@ -15,12 +15,12 @@ pub(super) fn log_prior(effects: usize, offered: usize) -> f64 {
     (0..effects).map(one).sum()
 }
 
-/// Posterior probability of each tried model. The first `rejected` models have probability zero.
-pub(crate) fn probabilities(tried: &[FittedModel], rejected: usize) -> Vec<f64> {
-    let best = tried.iter().skip(rejected).map(FittedModel::log_weight).fold(f64::NEG_INFINITY, f64::max);
+/// Posterior probability of each fitted model. The first `rejected` models have probability zero.
+pub(crate) fn probabilities(models: &[FittedModel], rejected: usize) -> Vec<f64> {
+    let best = models.iter().skip(rejected).map(FittedModel::log_weight).fold(f64::NEG_INFINITY, f64::max);
     let weight =
         |(k, t): (usize, &FittedModel)| if k < rejected { 0.0 } else { (t.log_weight() - best).exp() };
-    let weights: Vec<f64> = tried.iter().enumerate().map(weight).collect();
+    let weights: Vec<f64> = models.iter().enumerate().map(weight).collect();
     let total: f64 = weights.iter().sum();
     weights.iter().map(|w| w / total).collect()
 }

@@ -12,7 +12,11 @@ use trundle_infer::{Channels, InferError};
 
 impl Searcher<'_> {
     /// Fit the most promising sets of effects, screened on the nominal model with a random-walk wrench.
-    pub(super) fn sets(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    pub(super) fn fit_effect_sets(
+        &self,
+        base: &FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> Result<(), InferError> {
         let Some(robust) = self.refitted_with_random_walk(base)? else { return Ok(()) };
         let options = self.screen_options(self.regions, MAX_FIRST_KINDS);
         let sets = self.engine.sets(&robust, &self.offered(base), &options, MAX_EFFECTS, self.watch)?;
@@ -24,23 +28,23 @@ impl Searcher<'_> {
             let warm = vec![with(&set.base), with(&robust.fit.values)];
             Job::from(base, set.effects.iter().map(with_free_parameters).collect(), warm)
         };
-        self.try_all("several effects", sets.iter().map(job).collect(), sets.len(), tried)
+        self.fit_new("several effects", sets.iter().map(job).collect(), sets.len(), models)
     }
 
     /// A model refitted with a random-walk wrench. The size of the walk is estimated under the instruments'
     /// noise, because fitted noise would absorb missing effects.
-    fn refitted_with_random_walk(&self, tried: &FittedModel) -> Result<Option<FittedModel>, InferError> {
-        let Some(lack) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
+    fn refitted_with_random_walk(&self, fitted: &FittedModel) -> Result<Option<FittedModel>, InferError> {
+        let Some(lack) = self.engine.lack_of_fit(&self.with_instrument_noise(fitted))? else {
             return Ok(None);
         };
-        let from = Job::from(tried, tried.added.clone(), vec![tried.fit.values.clone()]);
+        let from = Job::from(fitted, fitted.added.clone(), vec![fitted.fit.values.clone()]);
         let job = Job { channels: lack.channels, ..from };
         Ok(self.fitted("random-walk wrench", vec![job], Effort::Full)?.pop())
     }
 
     /// A model under the instruments' noise.
-    pub(super) fn with_instrument_noise(&self, tried: &FittedModel) -> FittedModel {
-        let mut read = tried.clone();
+    pub(super) fn with_instrument_noise(&self, fitted: &FittedModel) -> FittedModel {
+        let mut read = fitted.clone();
         read.fit.channels = Channels::of(&self.engine.data().noise);
         read
     }
@@ -50,7 +54,7 @@ impl Searcher<'_> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use crate::engine::Engine;
-    use crate::engine::own::Own;
+    use crate::engine::plant_engine::PlantEngine;
     use crate::search::{MAX_EFFECTS, Searcher, kinds};
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
@@ -59,7 +63,7 @@ mod tests {
     /// The sets that the screen with a random-walk wrench keeps, sorted by kind.
     fn kept(truth: Model) -> Vec<Vec<Kind>> {
         let data = World::of(truth).recording(3);
-        let engine = Own::new(&data, None).unwrap();
+        let engine = PlantEngine::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         let searcher = Searcher::new(&engine, &[], 0, &Quiet);
         let Some(robust) = searcher.refitted_with_random_walk(&base).unwrap() else { return vec![] };

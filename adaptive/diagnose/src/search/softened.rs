@@ -13,9 +13,9 @@ use trundle_infer::InferError;
 
 /// The same model again, from its values and under the noise of `base`. Costs with and without a random-walk wrench are
 /// not comparable.
-fn again(tried: &FittedModel, base: &FittedModel) -> Job {
-    let warm = vec![tried.fit.values.clone()];
-    let job = Job::from(tried, tried.added.clone(), warm);
+fn refit_job(fitted: &FittedModel, base: &FittedModel) -> Job {
+    let warm = vec![fitted.fit.values.clone()];
+    let job = Job::from(fitted, fitted.added.clone(), warm);
     Job { channels: base.fit.channels, from: f64::INFINITY, ..job }
 }
 
@@ -26,7 +26,7 @@ impl Searcher<'_> {
         let searcher = Searcher { engine: &*softened, ..*self };
         let mut found = vec![base.clone()];
         for searcher in [searcher, *self] {
-            let jobs = found.iter().map(|tried| again(tried, &base)).collect();
+            let jobs = found.iter().map(|fitted| refit_job(fitted, &base)).collect();
             found = searcher.fitted("the simulation under test", jobs, Effort::Full)?;
         }
         Ok(found.into_iter().find(|found| found.fit.cost < base.fit.cost).unwrap_or(base))
@@ -37,35 +37,36 @@ impl Searcher<'_> {
     pub(super) fn search_softened(
         &self,
         base: &FittedModel,
-        tried: &mut Vec<FittedModel>,
+        models: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
         // Not needed if a single effect explains the misfit.
-        if self.engine.softened(&tried[0])?.is_none() {
+        if self.engine.softened(&models[0])?.is_none() {
             return Ok(());
         }
         let mut found = vec![base.clone()];
         self.repeat_softened(base, &mut found)?;
-        insert_models(tried, found);
+        insert_models(models, found);
         Ok(())
     }
 
     /// Search with a smaller and smaller random-walk wrench, until the best model needs none or stays the same.
-    fn repeat_softened(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    fn repeat_softened(&self, base: &FittedModel, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
         for _ in 0..MAX_EFFECTS {
-            let best = kinds(&tried[0].added);
-            let Some(softened) = self.engine.softened(&tried[0])? else { return Ok(()) };
+            let best = kinds(&models[0].added);
+            let Some(softened) = self.engine.softened(&models[0])? else { return Ok(()) };
             let searcher = Searcher { engine: &*softened, is_softened: true, ..*self };
-            let jobs = tried.iter().map(|tried| again(tried, base)).collect();
+            let jobs = models.iter().map(|fitted| refit_job(fitted, base)).collect();
             let mut found = vec![];
             searcher.fit_all("effects and a random-walk wrench", jobs, &mut found)?;
             let Some(nominal) = found.iter().find(|t| t.added.is_empty()).cloned() else { return Ok(()) };
             searcher.add_effects(&nominal, &mut found)?;
             let best_of_size =
                 |size: usize| found.iter().filter(move |t| t.added.len() == size).take(MAX_FIRST_KINDS);
-            let jobs: Vec<Job> = (1..=MAX_EFFECTS).flat_map(best_of_size).map(|t| again(t, base)).collect();
+            let jobs: Vec<Job> =
+                (1..=MAX_EFFECTS).flat_map(best_of_size).map(|t| refit_job(t, base)).collect();
             let count = jobs.len();
-            self.fit_promising("effects without a random-walk wrench", jobs, count, tried)?;
-            if kinds(&tried[0].added) == best {
+            self.fit_promising("effects without a random-walk wrench", jobs, count, models)?;
+            if kinds(&models[0].added) == best {
                 return Ok(());
             }
         }

@@ -63,9 +63,9 @@ fn standard_deviations_are_those_of_the_spread_between_episodes() {
     with(&pushed(locked()), |engine, base, upon| {
         let start = [base.fit.values.clone(), vec![0.0, 0.0]].concat();
         let job = Job::from(base, vec![slope.clone()], vec![start]);
-        let tried = upon.fit(job, Effort::Full, 0, &Quiet).unwrap();
-        let wide = engine.widened(&tried).unwrap();
-        for (wide, own) in wide.fit.estimates.iter().zip(&tried.fit.estimates) {
+        let fitted = upon.fit(job, Effort::Full, 0, &Quiet).unwrap();
+        let wide = engine.widened(&fitted).unwrap();
+        for (wide, own) in wide.fit.estimates.iter().zip(&fitted.fit.estimates) {
             assert!(wide.name == own.name && wide.sd > 1.2 * own.sd, "{wide:?} {own:?}");
         }
         assert!(wide.fit.estimate("mass").is_some(), "the simulator's parameters are included");
@@ -78,12 +78,12 @@ fn the_simulator_verifies_a_designed_push() {
     let foot = [("x", 0.4), ("y", 0.3), ("force", 8.0)];
     let data = pushed(locked().with(effect(Kind::CoulombFriction, &foot)));
     with(&data, |engine, base, upon| {
-        let tried = |kind: Kind, start: &[f64]| {
+        let fitted = |kind: Kind, start: &[f64]| {
             let warm = [base.fit.values.as_slice(), start].concat();
             upon.fit(Job::from(base, vec![Effect::free(kind)], vec![warm]), Effort::Full, 0, &Quiet).unwrap()
         };
-        let foot = tried(Kind::CoulombFriction, &[0.4, 0.3, 8.0, 0.0, 0.01, 1e-4]);
-        let drag = tried(Kind::QuadraticDrag, &[30.0]);
+        let foot = fitted(Kind::CoulombFriction, &[0.4, 0.3, 8.0, 0.0, 0.01, 1e-4]);
+        let drag = fitted(Kind::QuadraticDrag, &[30.0]);
         let noise = foot.fit.channels;
         let names = ["coulomb_friction", "quadratic_drag"];
         let planned = engine.experiment(names, [&foot, &drag], &noise, &Quiet).unwrap().unwrap();

@@ -30,14 +30,14 @@ const MAX_HALVINGS: i32 = 10;
 
 /// Trundle's plant, compared by its motion or by the wrench that it needs.
 #[derive(Clone)]
-pub(crate) struct Own<'a> {
+pub(crate) struct PlantEngine<'a> {
     data: &'a Dataset,
     nominal: Model,
     given: Option<Model>,
     comparison: Comparison,
 }
 
-impl<'a> Own<'a> {
+impl<'a> PlantEngine<'a> {
     /// The engine for a nominal model: `model`, or the paper's.
     ///
     /// # Errors
@@ -52,13 +52,13 @@ impl<'a> Own<'a> {
     }
 
     /// The comparison under the noise of a fit.
-    fn under(&self, tried: &FittedModel) -> Comparison {
-        self.comparison.with_channels(tried.fit.channels)
+    fn under(&self, fitted: &FittedModel) -> Comparison {
+        self.comparison.with_channels(fitted.fit.channels)
     }
 
     /// −log density of a fit whose cost is only known in other units, nats.
-    pub fn cost(&self, tried: &FittedModel) -> Result<f64, InferError> {
-        self.under(tried).cost(&tried.fit.model, &tried.fit.values)
+    pub fn cost(&self, fitted: &FittedModel) -> Result<f64, InferError> {
+        self.under(fitted).cost(&fitted.fit.model, &fitted.fit.values)
     }
 
     /// A fit of the given values in other units, converted to SI units.
@@ -80,7 +80,7 @@ impl<'a> Own<'a> {
     }
 }
 
-impl Engine for Own<'_> {
+impl Engine for PlantEngine<'_> {
     fn data(&self) -> &Dataset {
         self.data
     }
@@ -117,7 +117,7 @@ impl Engine for Own<'_> {
             return Ok(None);
         };
         let found = FittedModel { fit, ..base.clone() };
-        let [before, after] = [base, &found].map(|tried| self.predictive_check(tried));
+        let [before, after] = [base, &found].map(|fitted| self.predictive_check(fitted));
         Ok((after?.share * MIN_MATERIAL_ERROR_RATIO < before?.share).then_some(found))
     }
 
@@ -135,11 +135,11 @@ impl Engine for Own<'_> {
         self.simulated().then(|| -> Box<dyn Engine + 'b> { Box::new(self.with(self.comparison.thinned())) })
     }
 
-    fn softened<'b>(&'b self, tried: &FittedModel) -> Result<Option<Box<dyn Engine + 'b>>, InferError> {
-        let Comparison::Motion(motion) = self.under(tried) else { return Ok(None) };
+    fn softened<'b>(&'b self, fitted: &FittedModel) -> Result<Option<Box<dyn Engine + 'b>>, InferError> {
+        let Comparison::Motion(motion) = self.under(fitted) else { return Ok(None) };
         let most = MAX_MISFIT_PER_SAMPLE_NATS * self.observations() as f64;
         let is_moderate =
-            |motion: &MotionLikelihood| Ok::<_, InferError>(chi_squared_excess(motion, &tried.fit)? <= most);
+            |motion: &MotionLikelihood| Ok::<_, InferError>(chi_squared_excess(motion, &fitted.fit)? <= most);
         if is_moderate(&motion)? {
             return Ok(None);
         }
@@ -188,7 +188,7 @@ impl Engine for Own<'_> {
 
     fn refitted(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
@@ -201,9 +201,9 @@ impl Engine for Own<'_> {
             noise_rounds: 0,
             ..FitOptions::default()
         };
-        let some = self.under(tried).only(keep);
-        let warm = std::slice::from_ref(&tried.fit.values);
-        Ok(FittedModel { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })
+        let some = self.under(fitted).only(keep);
+        let warm = std::slice::from_ref(&fitted.fit.values);
+        Ok(FittedModel { fit: fit(&some, model, warm, &options, watch)?, ..fitted.clone() })
     }
 
     fn given(&self, watch: &dyn Watch) -> Result<Option<FittedModel>, InferError> {
@@ -218,60 +218,60 @@ impl Engine for Own<'_> {
         given.map_or_else(BTreeMap::new, |given| given_values(&given.fit))
     }
 
-    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError> {
-        lack_of_fit(&self.comparison, &tried.fit)
+    fn lack_of_fit(&self, fitted: &FittedModel) -> Result<Option<LackOfFit>, InferError> {
+        lack_of_fit(&self.comparison, &fitted.fit)
     }
 
     fn predicted(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         keep: &dyn Fn(usize) -> bool,
     ) -> Result<PredictedSamples, InferError> {
-        predicted_samples(&self.comparison.only(keep), &tried.fit)
+        predicted_samples(&self.comparison.only(keep), &fitted.fit)
     }
 
-    fn located(&self, tried: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError> {
-        locate(&self.comparison, &tried.fit, lack, &self.data.training)
+    fn located(&self, fitted: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError> {
+        locate(&self.comparison, &fitted.fit, lack, &self.data.training)
     }
 
-    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
-        misfit_shares(&self.comparison, &tried.fit)
+    fn channels(&self, fitted: &FittedModel) -> Result<Channels, InferError> {
+        misfit_shares(&self.comparison, &fitted.fit)
     }
 
-    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
-        predictive_check(self.data, &tried.fit)
+    fn predictive_check(&self, fitted: &FittedModel) -> Result<PredictiveCheck, InferError> {
+        predictive_check(self.data, &fitted.fit)
     }
 
     fn score(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         compared_with: &FittedModel,
         episodes: &[Prepared],
     ) -> Result<Score, InferError> {
-        let (fit, other) = (&tried.fit, (&compared_with.fit.model, &compared_with.fit.values[..]));
+        let (fit, other) = (&fitted.fit, (&compared_with.fit.model, &compared_with.fit.values[..]));
         let (noise, quasi) = (&self.data.noise, self.is_quasi_static());
         score_compared(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
     }
 
     fn open_loop(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         episode: &Prepared,
     ) -> Result<Option<Vec<[f64; 3]>>, InferError> {
-        let plant = tried.fit.model.plant(&tried.fit.values)?;
+        let plant = fitted.fit.model.plant(&fitted.fit.values)?;
         Ok(self.simulated().then(|| open_loop(&plant, episode)))
     }
 
     fn missing_wrenches(
         &self,
-        tried: &FittedModel,
+        fitted: &FittedModel,
         lack: Option<LackOfFit>,
     ) -> Result<MissingWrenches, InferError> {
         let (Some(lack), Comparison::Motion(motion)) = (lack, &self.comparison) else {
             return Ok(MissingWrenches { training: None, held_out: None });
         };
         let over = |motion: &MotionLikelihood| {
-            motion.with_channels(lack.channels).residuals(&tried.fit.model, &tried.fit.values)
+            motion.with_channels(lack.channels).residuals(&fitted.fit.model, &fitted.fit.values)
         };
         let held_out = match Comparison::over(self.data, &self.data.held_out) {
             Ok(Comparison::Motion(held_out)) => over(&held_out)?,
@@ -280,11 +280,11 @@ impl Engine for Own<'_> {
         Ok(MissingWrenches { training: over(motion)?, held_out })
     }
 
-    fn unsmoothed(&self, tried: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
+    fn unsmoothed(&self, fitted: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
         if !self.simulated() {
             return Ok(vec![]);
         }
-        let (model, values) = (&tried.fit.model, &tried.fit.values);
+        let (model, values) = (&fitted.fit.model, &fitted.fit.values);
         let of = |episode| unsmoothed(model, values, episode, &self.data.noise);
         self.data.training.iter().map(of).collect()
     }
@@ -293,17 +293,17 @@ impl Engine for Own<'_> {
         if self.simulated() {
             return Ok(None);
         }
-        wrenches(self.data, episode, models.map(|tried| &tried.fit))
+        wrenches(self.data, episode, models.map(|fitted| &fitted.fit))
     }
 
-    fn residual_wrenches(&self, tried: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn residual_wrenches(&self, fitted: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let Comparison::Wrench(slow) = &self.comparison else { return Ok(None) };
-        let plant = tried.fit.model.plant(&tried.fit.values)?;
+        let plant = fitted.fit.model.plant(&fitted.fit.values)?;
         Ok(Some(slow.samples().iter().map(|sample| sample.residual(&plant)).collect()))
     }
 
     fn certificate(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError> {
-        certificate(&self.comparison, names, models.map(|tried| &tried.fit))
+        certificate(&self.comparison, names, models.map(|fitted| &fitted.fit))
     }
 
     fn experiment(
@@ -332,21 +332,21 @@ impl Engine for Own<'_> {
         Ok(found.map(|fit| FittedModel::new(vec![], fit, None)))
     }
 
-    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {
-        Ok(Box::new(self.under(tried)))
+    fn likelihood(&self, fitted: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {
+        Ok(Box::new(self.under(fitted)))
     }
 
-    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter> {
-        parameters(&tried.fit, &self.nominal)
+    fn parameters(&self, fitted: &FittedModel) -> BTreeMap<String, Parameter> {
+        parameters(&fitted.fit, &self.nominal)
     }
 
     /// A mass that slow pushes do not identify is left free.
-    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError> {
-        let mut model = tried.fit.model.clone();
-        if self.is_quasi_static() && tried.fit.estimate("body.mass").is_some() {
+    fn model_toml(&self, fitted: &FittedModel) -> Result<String, InferError> {
+        let mut model = fitted.fit.model.clone();
+        if self.is_quasi_static() && fitted.fit.estimate("body.mass").is_some() {
             model.mass = None;
         }
-        Ok(model.to_toml(tried.fit.posterior().as_ref())?)
+        Ok(model.to_toml(fitted.fit.posterior().as_ref())?)
     }
 }
 
@@ -359,7 +359,7 @@ fn courses(motion: &MotionLikelihood, from: &FittedModel) -> Result<Vec<Vec<Resi
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::Own;
+    use super::PlantEngine;
     use crate::engine::Engine;
     use crate::lack_of_fit::chi_squared_excess;
     use crate::thresholds::MAX_MISFIT_PER_SAMPLE_NATS;
@@ -371,7 +371,7 @@ mod tests {
     fn with_a_random_walk_wrench_the_misfit_is_moderate() {
         let softened = |truth: Model| {
             let data = World::of(truth).recording(1);
-            let engine = Own::new(&data, None).unwrap();
+            let engine = PlantEngine::new(&data, None).unwrap();
             let base = engine.base(0, &Quiet).unwrap();
             let softened = engine.softened(&base).unwrap()?;
             let channels = softened.likelihood(&base).unwrap().channels();
