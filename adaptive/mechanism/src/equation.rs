@@ -1,30 +1,17 @@
 //! The equation of one joint along the measured motion: what its drive and the laws exert, less what the mechanism
-//! needs. Its residual is zero for the right model.
+//! needs. Its residual ([`residual`]) is zero for the right model.
 
+mod residual;
 mod transmission;
 
-use crate::backlash::Side;
-use crate::deflection::Unmeasured;
 use crate::drive::Drive;
 use crate::dynamics::{AxisLoad, InverseDynamics};
-use crate::laws::{JointSample, Law, law_terms, magnitude};
+use crate::laws::{JointSample, Law, law_terms};
 use crate::model::{Effect, Kind, Nominal, Role, Slot};
-use crate::problem::{EpisodeData, JointSetup, Problem};
-use crate::residual_scaling::{at_least_small, delivered_share, inertia_share, passed_share};
+use crate::problem::{JointSetup, Problem};
 use crate::series::Series;
-use crate::signals::{delayed, lagged, slope};
+use crate::signals::{delayed, lagged};
 use trundle_model::Real;
-
-/// The residual of a joint's equation over an episode.
-#[derive(Clone, Debug)]
-pub(crate) struct Residual<T> {
-    /// Its values.
-    pub values: Vec<T>,
-    /// Its derivative by the effort on the joint; zero where friction holds the joint.
-    pub per_effort: Vec<f64>,
-    /// Level of the dry friction, effort.
-    pub friction: Vec<f64>,
-}
 
 /// Parameters of one joint's equation, and its laws.
 #[derive(Clone, Debug)]
@@ -161,7 +148,7 @@ impl<T: Real> JointModel<T> {
         effort * on
     }
 
-    /// Whether the derivative of the residual by the needed effort is minus [`Residual::per_effort`], and no law reads the own
+    /// Whether the derivative of the residual by the needed effort is minus [`residual::Residual::per_effort`], and no law reads the own
     /// inertia.
     pub fn is_linear_in_inverse_dynamics(&self) -> bool {
         let is_linear =
@@ -169,12 +156,12 @@ impl<T: Real> JointModel<T> {
         !self.is_passive && self.laws.iter().all(is_linear)
     }
 
-    /// Effort that the links need without armature, damping and friction. `common` is that of the model.
+    /// Effort that the links need without armature, damping and friction. `dynamics` is that of a model.
     fn required_effort(
         &self,
         series: &Series,
         load: &AxisLoad,
-        common: Option<&InverseDynamics<T>>,
+        dynamics: Option<&InverseDynamics<T>>,
     ) -> Vec<T> {
         let axis = |k: usize| {
             let (sin, cos) = (-self.offset + series.q[k]).sin_cos();
@@ -183,135 +170,7 @@ impl<T: Real> JointModel<T> {
                 + sin * load.gravity_torque
                 + (load.inertia * series.a[k] + load.effort)
         };
-        (0..series.q.len()).map(|k| common.map_or_else(|| axis(k), |common| common.effort[k])).collect()
-    }
-
-    /// Residual at every time of an episode.
-    pub fn residual(
-        &self,
-        problem: &Problem,
-        j: usize,
-        episode: &EpisodeData,
-        common: Option<&InverseDynamics<T>>,
-    ) -> Residual<T> {
-        let (setup, series) = (&problem.joints[j], &episode.joints[j]);
-        let is_driven = setup.drive != Drive::None;
-        let commands = if is_driven { self.commands(series, episode.dt) } else { vec![] };
-        let raw: Vec<T> = (commands.iter().enumerate())
-            .map(|(k, command)| {
-                let at = [series.raw[k], slope(&series.raw, k, episode.dt), series.on[k]];
-                self.drive_effort(setup, series, *command, at)
-            })
-            .collect();
-        let clipped = self.laws.iter().any(Law::clips).then(|| {
-            let wanted = |k: usize| match setup.drive {
-                Drive::Target => self.gain_of(series) * (commands[k] - series.raw[k]),
-                _ => self.corrected(series, commands[k]),
-            };
-            delivered_share(&|k| wanted(k) * series.on[k], &raw)
-        });
-        let is_slow = self.laws.iter().filter_map(Law::lag).any(|lag| lag.re() > 0.0);
-        let passed = (is_driven && is_slow).then(|| passed_share(&|k| T::lift(series.command[k]), &commands));
-        let drive = is_driven.then(|| episode.first_stage.filtered(&raw));
-        let known = episode.first_stage.filtered(&series.known);
-        let needed = self.required_effort(series, &episode.load, common);
-        let own_inertia = |k: usize| {
-            let axis = || self.inertia * episode.load.inertia_factor + episode.load.inertia;
-            let given =
-                || episode.dynamics.as_ref().map_or_else(axis, |given| T::lift(given.own_inertia(j)[k]));
-            common.and_then(|common| common.own_inertia.as_ref()).map_or_else(given, |own| own[k])
-        };
-        let external = |k: usize| own_inertia(k) * series.a[k] - needed[k] + known[k];
-        let on_drive = setup.encoder_on_drive;
-        let rigid = |k: usize| match (&drive, on_drive) {
-            // The measured acceleration would let a compliance filter the noise of the positions.
-            (Some(drive), false) => drive[k] - self.armature * series.a[k] - self.damping * series.v[k],
-            _ => needed[k] - known[k],
-        };
-        let stiffness = |k: usize| match &episode.dynamics {
-            Some(given) => T::lift(given.by_offset[j][j][0][k]),
-            None => {
-                let (sin, cos) = (-self.offset + series.q[k]).sin_cos();
-                (self.gravity[0] * cos - self.gravity[1] * sin) * episode.load.gravity_factor
-            }
-        };
-        let [_, _, loss] = problem.of_model[j];
-        let sample = |k: usize| JointSample {
-            q: series.q[k],
-            v: series.v[k],
-            a: series.a[k],
-            drive: drive.as_ref().map(|drive| drive[k]),
-            external: external(k),
-            load: series.load.as_ref().map(|load| load[k]),
-        };
-        let dry_friction = |at: &JointSample<T>| -> T {
-            self.laws.iter().fold(T::lift(loss), |level, law| level + law.dry_friction(at))
-        };
-        let resistance = |k: usize| match on_drive {
-            true => Unmeasured { inertia: own_inertia(k), damping: T::zero(), stiffness: stiffness(k) },
-            false => Unmeasured { inertia: self.armature, damping: self.damping, stiffness: T::zero() },
-        };
-        let (elastic, yielding) =
-            self.elastic(series.q.len(), on_drive, &rigid, &resistance, episode.dt).unzip();
-        let side = |k: usize| {
-            let at = sample(k);
-            let (effort, friction) = match on_drive {
-                true => (at.external, T::zero()),
-                false => (at.drive.unwrap_or_else(T::zero), dry_friction(&at)),
-            };
-            Side { effort, friction, resistance: resistance(k) }
-        };
-        let loose = self.loose(&series.q, on_drive, &side, episode.dt);
-        let bridged = drive.as_ref().zip(loose.as_ref()).filter(|_| !on_drive).map(|(drive, loose)| {
-            let sum: Vec<T> = drive.iter().zip(loose).map(|(drive, loose)| *drive + *loose).collect();
-            delivered_share(&|k| drive[k], &sum)
-        });
-        let filtered = self.noise_share(problem, on_drive, &own_inertia, series.q.len());
-        let heavier = episode.dynamics.as_ref().filter(|_| self.is_passive).and_then(|given| {
-            inertia_share((&own_inertia, self.armature), (given.own_inertia(j), problem.of_model[j][0]))
-        });
-        let compliant = elastic.or(loose);
-        let largest = self.largest_effort(setup, series);
-        let (mut per_effort, mut friction) = (vec![0.0; series.q.len()], vec![0.0; series.q.len()]);
-        // Residuals are compared in units of the reading: no gain makes them smaller.
-        let mut gain = self
-            .gain
-            .map_or_else(|| T::lift(1.0), |gain| at_least_small(magnitude(gain / setup.reference_gain)));
-        for reading in self.laws.iter().filter_map(Law::reading_gain) {
-            gain = gain / reading;
-        }
-        let shares = [clipped, passed, yielding, bridged, filtered, heavier].into_iter().flatten();
-        let size = shares.fold(gain, |size, share| size * share).recip();
-        let one = |k: usize| {
-            let at = sample(k);
-            let (v, a) = (at.v, at.a);
-            let mut net = at.drive.unwrap_or_else(T::zero) + known[k] - needed[k] - self.armature * a;
-            net -= (self.damping + self.back_emf * series.on[k]) * v;
-            if let Some(compliant) = &compliant {
-                net += compliant[k];
-            }
-            let level = dry_friction(&at);
-            let mut response = T::lift(1.0);
-            for law in &self.laws {
-                if let Some(factor) = law.response(&at, largest) {
-                    response = response * factor;
-                }
-                net += law.effort(&at);
-            }
-            friction[k] = level.re().abs();
-            let direction = if v.abs() >= setup.rest_speed { v } else { net.re() };
-            if v.abs() < setup.rest_speed && net.re().abs() <= level.re() {
-                // Friction holds the joint.
-                return T::zero();
-            }
-            let error = if direction > 0.0 { net - level } else { net + level };
-            // A law that strengthens the drive must not reduce the errors of the motion either.
-            let factor = if response.re() >= 1.0 { size } else { size / at_least_small(response) };
-            per_effort[k] = factor.re();
-            error * factor
-        };
-        let values = (0..series.q.len()).map(one).collect();
-        Residual { values, per_effort, friction }
+        (0..series.q.len()).map(|k| dynamics.map_or_else(|| axis(k), |dynamics| dynamics.effort[k])).collect()
     }
 }
 

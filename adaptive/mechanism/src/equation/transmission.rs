@@ -22,7 +22,7 @@ impl<T: Real> JointModel<T> {
 
     /// Effort by which an elastic transmission changes the equation, and the share of the effort's changes that it passes;
     /// `None` without one. `rigid` is the effort that a rigid one would transmit.
-    pub(super) fn elastic(
+    pub(super) fn elastic_correction(
         &self,
         len: usize,
         encoder_on_drive: bool,
@@ -62,7 +62,7 @@ impl<T: Real> JointModel<T> {
 
     /// Effort by which a play between drive and joint changes the equation; `None` without one. `seen` are the positions of
     /// the measured side; `side` is the other one.
-    pub(super) fn loose(
+    pub(super) fn backlash_correction(
         &self,
         seen: &[f64],
         encoder_on_drive: bool,
