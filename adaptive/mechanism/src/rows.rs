@@ -1,11 +1,12 @@
 //! Residuals of the joints' equations at the compared samples, with their derivatives, and the normal equations.
 
 use crate::drive::Drive;
-use crate::dynamics::InverseDynamics;
+use crate::dynamics::{EpisodeDynamics, InverseDynamics};
 use crate::equation::JointModel;
 use crate::link_motion::inverse_dynamics_at;
 use crate::model::{Effect, Slot};
 use crate::problem::{EpisodeData, Problem};
+use crate::series::Series;
 use crate::shared_parameters;
 use nalgebra::{DMatrix, DVector};
 use trundle_model::{Dual, Real};
@@ -88,93 +89,184 @@ fn joint_rows(
     (j, scope): (usize, Scope),
     with_derivatives: bool,
 ) -> JointRows {
-    let own: Vec<usize> = (0..slots.len()).filter(|k| slots[*k].joint == Some(j)).collect();
-    let shared: Vec<usize> = (0..slots.len()).filter(|k| slots[*k].joint.is_none()).collect();
-    let passes: Vec<&[usize]> = match (with_derivatives, own.is_empty()) {
-        (false, _) => vec![],
-        (true, true) => vec![&[]],
-        (true, false) => own.chunks(WIDTH).collect(),
-    };
+    let evaluator = Evaluator::new(problem, j, (effects, slots, values));
+    let mut rows = evaluator.empty_rows();
     let parts = parts(problem);
-    let (mut places, mut residual, mut columns) = (vec![], vec![], vec![vec![]; own.len() + shared.len()]);
-    let mut sizes = vec![];
-    let wants_inertia =
-        !JointModel::new(problem, j, effects, slots, |slot| values[slot]).is_linear_in_inverse_dynamics();
     let mut first_fold = 0;
     for (index, episode) in problem.episodes.iter().enumerate() {
         if episode.held_out != (scope == Scope::HeldOut) {
             continue;
         }
+        if with_derivatives {
+            evaluator.add_with_derivatives(episode, &mut rows);
+        } else {
+            evaluator.add_residuals(episode, &mut rows);
+        }
         let series = &episode.joints[j];
-        let known = (effects, slots, values);
-        let needed = inverse_dynamics_at(problem, episode, j, known, wants_inertia);
-        let mut per_effort = vec![];
-        if !with_derivatives {
-            let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);
-            let found = model.residual(problem, j, episode, needed.as_ref());
-            let at = |k: &usize| series.weight[*k] * episode.kernel.at(&found.values, *k);
-            residual.extend(series.kept.iter().map(at));
-            per_effort = found.per_effort;
-        }
-        for (pass, chunk) in passes.iter().enumerate() {
-            let variable = |slot: usize| match chunk.iter().position(|own| *own == slot) {
-                Some(place) => Dual::<WIDTH>::variable(values[slot], place),
-                None => Dual::lift(values[slot]),
-            };
-            let model = JointModel::new(problem, j, effects, slots, variable);
-            let found = model.residual(problem, j, episode, needed.as_ref().map(|n| varied(n, &[])).as_ref());
-            for k in &series.kept {
-                let compared = episode.kernel.at(&found.values, *k);
-                let weight = series.weight[*k];
-                if pass == 0 {
-                    residual.push(weight * compared.re);
-                }
-                for place in 0..chunk.len() {
-                    columns[pass * WIDTH + place].push(weight * compared.eps[place]);
-                }
-            }
-            per_effort = found.per_effort;
-        }
-        sizes.extend(series.kept.iter().map(|k| series.weight[*k] * per_effort[*k]));
-        if let (Some(dynamics), Some(needed), true) = (&episode.dynamics, &needed, with_derivatives) {
-            let slope = |slot: &usize| {
-                shared_parameters::slope(problem, dynamics, j, &slots[*slot], known, wants_inertia)
-            };
-            let slopes: Vec<InverseDynamics<f64>> = shared.iter().map(slope).collect();
-            let changes = if wants_inertia {
-                changes_by_inverse_dynamics(problem, (j, episode), known, needed, &slopes)
-            } else {
-                let change = |slope: &InverseDynamics<f64>| {
-                    slope.effort.iter().zip(&per_effort).map(|(slope, factor)| -slope * factor).collect()
-                };
-                slopes.iter().map(change).collect()
-            };
-            for (column, change) in columns[own.len()..].iter_mut().zip(changes) {
-                column.extend(series.kept.iter().map(|k| series.weight[*k] * episode.kernel.at(&change, *k)));
-            }
-        }
         let len = series.q.len();
-        places.extend(series.kept.iter().map(|k| Place {
+        rows.places.extend(series.kept.iter().map(|k| Place {
             episode: index,
             sample: *k,
             fold: first_fold + k * parts / len.max(1),
         }));
         first_fold += parts;
     }
-    let rows = residual.len();
-    let jacobian = if with_derivatives {
-        DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row])
-    } else {
-        DMatrix::zeros(0, 0)
-    };
-    let columns = own.into_iter().chain(shared).collect();
-    JointRows {
-        joint: j,
-        places,
-        residual: DVector::from_vec(residual),
-        per_effort: sizes,
-        jacobian,
-        columns,
+    evaluator.collected(rows, with_derivatives)
+}
+
+/// The equation of one joint under a model.
+struct Evaluator<'a> {
+    problem: &'a Problem,
+    joint: usize,
+    known: (&'a [Effect], &'a [Slot], &'a [f64]),
+    /// Slots of this joint.
+    own: Vec<usize>,
+    /// Slots of all joints.
+    shared: Vec<usize>,
+    /// Whether the equation reads the own inertia.
+    wants_inertia: bool,
+}
+
+/// Rows of the episodes so far.
+struct PartialRows {
+    places: Vec<Place>,
+    residual: Vec<f64>,
+    per_effort: Vec<f64>,
+    /// By slot, then by row.
+    columns: Vec<Vec<f64>>,
+}
+
+impl<'a> Evaluator<'a> {
+    fn new(problem: &'a Problem, j: usize, known: (&'a [Effect], &'a [Slot], &'a [f64])) -> Self {
+        let (effects, slots, values) = known;
+        let own = (0..slots.len()).filter(|k| slots[*k].joint == Some(j)).collect();
+        let shared = (0..slots.len()).filter(|k| slots[*k].joint.is_none()).collect();
+        let model = JointModel::new(problem, j, effects, slots, |slot| values[slot]);
+        let wants_inertia = !model.is_linear_in_inverse_dynamics();
+        Self { problem, joint: j, known, own, shared, wants_inertia }
+    }
+
+    fn empty_rows(&self) -> PartialRows {
+        PartialRows {
+            places: vec![],
+            residual: vec![],
+            per_effort: vec![],
+            columns: vec![vec![]; self.own.len() + self.shared.len()],
+        }
+    }
+
+    /// Add the residuals of an episode.
+    fn add_residuals(&self, episode: &EpisodeData, rows: &mut PartialRows) {
+        let (effects, slots, values) = self.known;
+        let series = &episode.joints[self.joint];
+        let needed = self.inverse_dynamics(episode);
+        let model = JointModel::new(self.problem, self.joint, effects, slots, |slot| values[slot]);
+        let found = model.residual(self.problem, self.joint, episode, needed.as_ref());
+        let at = |k: &usize| series.weight[*k] * episode.kernel.at(&found.values, *k);
+        rows.residual.extend(series.kept.iter().map(at));
+        rows.add_per_effort(series, &found.per_effort);
+    }
+
+    /// Add the residuals of an episode with their derivatives.
+    fn add_with_derivatives(&self, episode: &EpisodeData, rows: &mut PartialRows) {
+        let needed = self.inverse_dynamics(episode);
+        let per_effort = self.add_own_columns(episode, needed.as_ref(), rows);
+        rows.add_per_effort(&episode.joints[self.joint], &per_effort);
+        if let (Some(dynamics), Some(needed)) = (&episode.dynamics, &needed) {
+            self.add_shared_columns(episode, dynamics, needed, &per_effort, rows);
+        }
+    }
+
+    fn inverse_dynamics(&self, episode: &EpisodeData) -> Option<InverseDynamics<f64>> {
+        inverse_dynamics_at(self.problem, episode, self.joint, self.known, self.wants_inertia)
+    }
+
+    /// Add the residuals with their derivatives by this joint's slots. Returns the derivative of the residual by the effort at
+    /// every time.
+    fn add_own_columns(
+        &self,
+        episode: &EpisodeData,
+        needed: Option<&InverseDynamics<f64>>,
+        rows: &mut PartialRows,
+    ) -> Vec<f64> {
+        let (effects, slots, values) = self.known;
+        let series = &episode.joints[self.joint];
+        let passes: Vec<&[usize]> =
+            if self.own.is_empty() { vec![&[]] } else { self.own.chunks(WIDTH).collect() };
+        let mut per_effort = vec![];
+        for (pass, chunk) in passes.iter().enumerate() {
+            let variable = |slot: usize| match chunk.iter().position(|own| *own == slot) {
+                Some(place) => Dual::<WIDTH>::variable(values[slot], place),
+                None => Dual::lift(values[slot]),
+            };
+            let model = JointModel::new(self.problem, self.joint, effects, slots, variable);
+            let constant = needed.map(|needed| varied(needed, &[]));
+            let found = model.residual(self.problem, self.joint, episode, constant.as_ref());
+            for k in &series.kept {
+                let compared = episode.kernel.at(&found.values, *k);
+                let weight = series.weight[*k];
+                if pass == 0 {
+                    rows.residual.push(weight * compared.re);
+                }
+                for place in 0..chunk.len() {
+                    rows.columns[pass * WIDTH + place].push(weight * compared.eps[place]);
+                }
+            }
+            per_effort = found.per_effort;
+        }
+        per_effort
+    }
+
+    /// Add the derivatives by the slots of all joints.
+    fn add_shared_columns(
+        &self,
+        episode: &EpisodeData,
+        dynamics: &EpisodeDynamics,
+        needed: &InverseDynamics<f64>,
+        per_effort: &[f64],
+        rows: &mut PartialRows,
+    ) {
+        let (problem, j, wants_inertia) = (self.problem, self.joint, self.wants_inertia);
+        let series = &episode.joints[j];
+        let slope = |slot: &usize| {
+            shared_parameters::slope(problem, dynamics, j, &self.known.1[*slot], self.known, wants_inertia)
+        };
+        let slopes: Vec<InverseDynamics<f64>> = self.shared.iter().map(slope).collect();
+        let changes = if wants_inertia {
+            changes_by_inverse_dynamics(problem, (j, episode), self.known, needed, &slopes)
+        } else {
+            let change = |slope: &InverseDynamics<f64>| {
+                slope.effort.iter().zip(per_effort).map(|(slope, factor)| -slope * factor).collect()
+            };
+            slopes.iter().map(change).collect()
+        };
+        for (column, change) in rows.columns[self.own.len()..].iter_mut().zip(changes) {
+            column.extend(series.kept.iter().map(|k| series.weight[*k] * episode.kernel.at(&change, *k)));
+        }
+    }
+
+    fn collected(self, rows: PartialRows, with_derivatives: bool) -> JointRows {
+        let PartialRows { places, residual, per_effort, columns } = rows;
+        let jacobian = if with_derivatives {
+            DMatrix::from_fn(residual.len(), columns.len(), |row, column| columns[column][row])
+        } else {
+            DMatrix::zeros(0, 0)
+        };
+        JointRows {
+            joint: self.joint,
+            places,
+            residual: DVector::from_vec(residual),
+            per_effort,
+            jacobian,
+            columns: self.own.into_iter().chain(self.shared).collect(),
+        }
+    }
+}
+
+impl PartialRows {
+    /// Add the weighted derivatives of the compared residuals by the effort.
+    fn add_per_effort(&mut self, series: &Series, per_effort: &[f64]) {
+        self.per_effort.extend(series.kept.iter().map(|k| series.weight[*k] * per_effort[*k]));
     }
 }
 
