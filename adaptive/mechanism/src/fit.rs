@@ -139,62 +139,21 @@ pub(crate) fn fit_with(
     freedom: Freedom<'_>,
 ) -> Fit {
     let slots = slots(problem, effects);
-    let known = |slot: &Slot| {
-        let from = from?;
-        let place = from.slots.iter().position(|other| other.name == slot.name && other.role == slot.role)?;
-        Some(from.values[place])
-    };
-    let start = |slot: &Slot| known(slot).unwrap_or(slot.start).clamp(slot.bounds[0], slot.bounds[1]);
-    let mut values: Vec<f64> = slots.iter().map(start).collect();
-    let approximated = match (scope, freedom) {
-        (Scope::Joint(j), Freedom::Approximated(others)) => Some((j, others)),
-        _ => None,
-    };
-    let is_free = |k: usize| match (freedom, scope) {
-        (Freedom::Timing, _) => slots[k].is_timing(),
-        (Freedom::Scope, Scope::Joint(j)) => slots[k].joint == Some(j),
-        _ => true,
-    };
-    let spread = |rows: &[JointRows]| -> Vec<f64> {
-        let mut sd = vec![1.0; problem.joints.len()];
-        rows.iter().for_each(|own| sd[own.joint] = robust_sd(problem, own.joint, &own.residual));
-        sd
-    };
-    let objective = |rows: &[JointRows], sd: &[f64], values: &[f64]| -> f64 {
-        rows.iter().map(|own| misfit(&own.residual, sd[own.joint])).sum::<f64>()
-            + penalty(&slots, values)
-            + approximated.map_or(0.0, |(j, others)| others.cost(j, values))
-    };
-    let mut rows = evaluate(problem, effects, &slots, &values, scope, true);
-    let mut sd = spread(&rows);
-    let mut cost = objective(&rows, &sd, &values);
+    let mut values = starting_values(&slots, from);
+    let objective = Objective::new(problem, effects, &slots, (scope, freedom));
+    let mut rows = objective.rows(&values, true);
+    let mut sd = objective.residual_sds(&rows);
+    let mut cost = objective.cost(&rows, &sd, &values);
     let mut damping = 1e-6;
     for _ in 0..max_steps {
-        let (mut matrix, mut right) = normal_equations(&rows, &sd, &slots, &values, &|_| true);
-        if let Some((j, others)) = approximated {
-            others.add_to(j, &values, &mut matrix, &mut right);
-        }
-        let mut gain = None;
-        while damping < 1e6 {
-            let Some(step) = bounded_step(&matrix, &right, &slots, &values, damping, &is_free) else {
-                damping = (damping * 100.0).max(1e-3);
-                continue;
-            };
-            let next = moved(&slots, &values, &step);
-            let next_rows = evaluate(problem, effects, &slots, &next, scope, false);
-            let next_sd = spread(&next_rows);
-            let next_cost = objective(&next_rows, &next_sd, &next);
-            if next_cost < cost {
-                gain = Some(cost - next_cost);
-                (values, cost) = (next, next_cost);
-                damping = (damping * 0.1).max(1e-9);
-                break;
-            }
-            damping = (damping * 10.0).max(1e-4);
-        }
-        let Some(gain) = gain else { break };
-        rows = evaluate(problem, effects, &slots, &values, scope, true);
-        sd = spread(&rows);
+        let equations = objective.normal_equations(&rows, &sd, &values);
+        let Some((next, next_cost)) = objective.lowered(&equations, &values, cost, &mut damping) else {
+            break;
+        };
+        let gain = cost - next_cost;
+        (values, cost) = (next, next_cost);
+        rows = objective.rows(&values, true);
+        sd = objective.residual_sds(&rows);
         if gain <= TOLERANCE * (1.0 + cost.abs()) {
             break;
         }
@@ -205,6 +164,107 @@ pub(crate) fn fit_with(
     let (precision, _) = normal_equations(&rows, &sd, &slots, &values, &|_| true);
     let rank = rank(&precision, &slots, &values);
     Fit { effects: effects.to_vec(), slots, values, sd, samples, penalty, rank }
+}
+
+/// Values of the slots of the same name in another fit, or else the slots' own, within the bounds.
+fn starting_values(slots: &[Slot], from: Option<&Fit>) -> Vec<f64> {
+    let known = |slot: &Slot| {
+        let from = from?;
+        let place = from.slots.iter().position(|other| other.name == slot.name && other.role == slot.role)?;
+        Some(from.values[place])
+    };
+    let start = |slot: &Slot| known(slot).unwrap_or(slot.start).clamp(slot.bounds[0], slot.bounds[1]);
+    slots.iter().map(start).collect()
+}
+
+/// The cost that a fit minimises, as a function of the values of the slots.
+struct Objective<'a> {
+    problem: &'a Problem,
+    effects: &'a [Effect],
+    slots: &'a [Slot],
+    scope: Scope,
+    freedom: Freedom<'a>,
+    /// The joint that is evaluated, and the approximated cost of the others.
+    approximated: Option<(usize, &'a QuadraticCost)>,
+}
+
+impl<'a> Objective<'a> {
+    fn new(
+        problem: &'a Problem,
+        effects: &'a [Effect],
+        slots: &'a [Slot],
+        (scope, freedom): (Scope, Freedom<'a>),
+    ) -> Self {
+        let approximated = match (scope, freedom) {
+            (Scope::Joint(j), Freedom::Approximated(others)) => Some((j, others)),
+            _ => None,
+        };
+        Self { problem, effects, slots, scope, freedom, approximated }
+    }
+
+    fn is_free(&self, k: usize) -> bool {
+        match (self.freedom, self.scope) {
+            (Freedom::Timing, _) => self.slots[k].is_timing(),
+            (Freedom::Scope, Scope::Joint(j)) => self.slots[k].joint == Some(j),
+            _ => true,
+        }
+    }
+
+    fn rows(&self, values: &[f64], with_derivatives: bool) -> Vec<JointRows> {
+        evaluate(self.problem, self.effects, self.slots, values, self.scope, with_derivatives)
+    }
+
+    /// Robust standard deviation of each joint's residual; 1 for joints that are not evaluated.
+    fn residual_sds(&self, rows: &[JointRows]) -> Vec<f64> {
+        let mut sd = vec![1.0; self.problem.joints.len()];
+        rows.iter().for_each(|own| sd[own.joint] = robust_sd(self.problem, own.joint, &own.residual));
+        sd
+    }
+
+    fn cost(&self, rows: &[JointRows], sd: &[f64], values: &[f64]) -> f64 {
+        rows.iter().map(|own| misfit(&own.residual, sd[own.joint])).sum::<f64>()
+            + penalty(self.slots, values)
+            + self.approximated.map_or(0.0, |(j, others)| others.cost(j, values))
+    }
+
+    fn normal_equations(
+        &self,
+        rows: &[JointRows],
+        sd: &[f64],
+        values: &[f64],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let (mut matrix, mut right) = normal_equations(rows, sd, self.slots, values, &|_| true);
+        if let Some((j, others)) = self.approximated {
+            others.add_to(j, values, &mut matrix, &mut right);
+        }
+        (matrix, right)
+    }
+
+    /// Values after a Levenberg–Marquardt step that lowers the cost, and their cost; `None` if no damping leads to one.
+    fn lowered(
+        &self,
+        (matrix, right): &(DMatrix<f64>, DVector<f64>),
+        values: &[f64],
+        cost: f64,
+        damping: &mut f64,
+    ) -> Option<(Vec<f64>, f64)> {
+        let is_free = |k: usize| self.is_free(k);
+        while *damping < 1e6 {
+            let Some(step) = bounded_step(matrix, right, self.slots, values, *damping, &is_free) else {
+                *damping = (*damping * 100.0).max(1e-3);
+                continue;
+            };
+            let next = moved(self.slots, values, &step);
+            let rows = self.rows(&next, false);
+            let next_cost = self.cost(&rows, &self.residual_sds(&rows), &next);
+            if next_cost < cost {
+                *damping = (*damping * 0.1).max(1e-9);
+                return Some((next, next_cost));
+            }
+            *damping = (*damping * 10.0).max(1e-4);
+        }
+        None
+    }
 }
 
 /// Number of parameters that the data determine, from the precision of data and prior together.
