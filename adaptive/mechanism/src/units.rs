@@ -51,124 +51,60 @@ impl Unit {
     /// Its text for a hinge or a slide.
     #[must_use]
     pub fn text(self, is_hinge: bool, effort: EffortUnit) -> &'static str {
-        use EffortUnit::{Newton, PerInertia, Recorded, TargetError};
-        match (self, effort) {
-            (Self::Position, _) => {
-                if is_hinge {
-                    "rad"
-                } else {
-                    "m"
-                }
+        let [hinge, slide] = self.texts(effort);
+        if is_hinge { hinge } else { slide }
+    }
+
+    /// Its texts for a hinge and a slide.
+    fn texts(self, effort: EffortUnit) -> [&'static str; 2] {
+        match self {
+            Self::Position => ["rad", "m"],
+            Self::Velocity => ["rad/s", "m/s"],
+            Self::Time => ["s"; 2],
+            Self::Mass => ["kg"; 2],
+            Self::Length => ["m"; 2],
+            Self::Angle => ["rad"; 2],
+            Self::One => ["1"; 2],
+            Self::Stated(unit) => [unit; 2],
+            Self::Effort => {
+                effort.select([["N·m", "N"], ["rad/s²", "m/s²"], ["rad", "m"], ["recorded unit"; 2]])
             }
-            (Self::Velocity, _) => {
-                if is_hinge {
-                    "rad/s"
-                } else {
-                    "m/s"
-                }
+            Self::Damping => effort.select([
+                ["N·m·s/rad", "N·s/m"],
+                ["1/s"; 2],
+                ["s"; 2],
+                ["recorded unit per velocity"; 2],
+            ]),
+            Self::Stiffness => {
+                effort.select([["N·m/rad", "N/m"], ["1/s²"; 2], ["1"; 2], ["recorded unit per position"; 2]])
             }
-            (Self::Time, _) => "s",
-            (Self::Mass, _) => "kg",
-            (Self::Length, _) => "m",
-            (Self::Angle, _) => "rad",
-            (Self::One, _) => "1",
-            (Self::Stated(unit), _) => unit,
-            (Self::Effort, Newton) => {
-                if is_hinge {
-                    "N·m"
-                } else {
-                    "N"
-                }
+            Self::Inertia => {
+                effort.select([["kg·m²", "kg"], ["1"; 2], ["s²"; 2], ["recorded unit per acceleration"; 2]])
             }
-            (Self::Damping, Newton) => {
-                if is_hinge {
-                    "N·m·s/rad"
-                } else {
-                    "N·s/m"
-                }
-            }
-            (Self::Stiffness, Newton) => {
-                if is_hinge {
-                    "N·m/rad"
-                } else {
-                    "N/m"
-                }
-            }
-            (Self::Inertia, Newton) => {
-                if is_hinge {
-                    "kg·m²"
-                } else {
-                    "kg"
-                }
-            }
-            (Self::Drag, Newton) => {
-                if is_hinge {
-                    "N·m·s²/rad²"
-                } else {
-                    "N·s²/m²"
-                }
-            }
-            (Self::PerLoad, Newton) => {
-                if is_hinge {
-                    "N·m per unit of load"
-                } else {
-                    "N per unit of load"
-                }
-            }
-            (Self::Effort, PerInertia) => {
-                if is_hinge {
-                    "rad/s²"
-                } else {
-                    "m/s²"
-                }
-            }
-            (Self::Damping, PerInertia) => "1/s",
-            (Self::Stiffness, PerInertia) => "1/s²",
-            (Self::Inertia, PerInertia) => "1",
-            (Self::Drag, PerInertia) => {
-                if is_hinge {
-                    "1/rad"
-                } else {
-                    "1/m"
-                }
-            }
-            (Self::PerLoad, PerInertia) => {
-                if is_hinge {
-                    "rad/s² per unit of load"
-                } else {
-                    "m/s² per unit of load"
-                }
-            }
-            (Self::Effort, TargetError) => {
-                if is_hinge {
-                    "rad"
-                } else {
-                    "m"
-                }
-            }
-            (Self::Damping, TargetError) => "s",
-            (Self::Stiffness, TargetError) => "1",
-            (Self::Inertia, TargetError) => "s²",
-            (Self::Drag, TargetError) => {
-                if is_hinge {
-                    "s²/rad"
-                } else {
-                    "s²/m"
-                }
-            }
-            (Self::PerLoad, TargetError) => {
-                if is_hinge {
-                    "rad per unit of load"
-                } else {
-                    "m per unit of load"
-                }
-            }
-            (Self::Effort, Recorded) => "recorded unit",
-            (Self::Damping, Recorded) => "recorded unit per velocity",
-            (Self::Stiffness, Recorded) => "recorded unit per position",
-            (Self::Inertia, Recorded) => "recorded unit per acceleration",
-            (Self::Drag, Recorded) => "recorded unit per squared velocity",
-            (Self::PerLoad, Recorded) => "recorded unit per unit of load",
+            Self::Drag => effort.select([
+                ["N·m·s²/rad²", "N·s²/m²"],
+                ["1/rad", "1/m"],
+                ["s²/rad", "s²/m"],
+                ["recorded unit per squared velocity"; 2],
+            ]),
+            Self::PerLoad => effort.select([
+                ["N·m per unit of load", "N per unit of load"],
+                ["rad/s² per unit of load", "m/s² per unit of load"],
+                ["rad per unit of load", "m per unit of load"],
+                ["recorded unit per unit of load"; 2],
+            ]),
+        }
+    }
+}
+
+impl EffortUnit {
+    /// The entry for this unit of efforts, in the order newton, acceleration, position error, recorded.
+    fn select<T>(self, [newton, per_inertia, target_error, recorded]: [T; 4]) -> T {
+        match self {
+            Self::Newton => newton,
+            Self::PerInertia => per_inertia,
+            Self::TargetError => target_error,
+            Self::Recorded => recorded,
         }
     }
 }
