@@ -3,7 +3,7 @@
 use crate::drive::Drive;
 use crate::laws::{Applies, BASE_TILT, ENCODER_OFFSET, JointKind, PAYLOAD, ParamSpec, Spec, stop_positions};
 use crate::prior::Prior;
-use crate::problem::Problem;
+use crate::problem::{AxisSetup, JointSetup, Problem};
 use crate::units::{EffortUnit, Unit};
 use std::collections::BTreeMap;
 use trundle_record::EffortSource;
@@ -206,7 +206,7 @@ impl Slot {
 pub(crate) fn slots(problem: &Problem, effects: &[Effect]) -> Vec<Slot> {
     let mut found = vec![];
     for j in 0..problem.joints.len() {
-        joint_slots(problem, j, &mut found);
+        found.extend(joint_slots(problem, j));
     }
     for (b, (body, mass)) in problem.bodies.iter().enumerate() {
         if *mass > 0.0 && is_free(problem, "mass", body) {
@@ -308,87 +308,141 @@ fn is_free(problem: &Problem, key: &str, name: &str) -> bool {
     })
 }
 
-fn joint_slots(problem: &Problem, j: usize, found: &mut Vec<Slot>) {
-    let joint = &problem.joints[j];
-    let scales = &joint.scales;
-    let ratio = |divisor: f64| {
-        let ratio = scales.effort / divisor;
-        if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
-    };
-    if joint.timing[0] < joint.timing[1] {
-        found.push(Slot {
-            name: format!("timing:{}", joint.name),
-            unit: Unit::Time,
-            joint: Some(j),
-            role: Role::Nominal(Nominal::Timing),
-            start: 0.0,
-            bounds: joint.timing,
-            prior: Prior::Normal { mean: 0.0, sd: TIMING_SD * joint.timing[1].max(-joint.timing[0]) },
-        });
+/// The slots of the nominal model at one joint.
+fn joint_slots(problem: &Problem, j: usize) -> Vec<Slot> {
+    let mut found = JointSlots { problem, j, slots: vec![] };
+    found.add_timing();
+    match problem.axis {
+        Some(axis) => found.add_axis(axis),
+        None => found.add_armature(),
     }
-    let mut add = |key: &str, unit: Unit, role: Nominal, start: f64, lower: f64, scale: f64| {
-        found.push(Slot {
-            name: format!("{key}:{}", joint.name),
+    found.add_damping();
+    match problem.joints[j].drive {
+        Drive::Effort(source) => found.add_effort_drive(source),
+        Drive::Target => found.add_position_drive(),
+        Drive::None => {}
+    }
+    found.slots
+}
+
+/// Slots of the nominal model at a joint, as they are added.
+struct JointSlots<'a> {
+    problem: &'a Problem,
+    j: usize,
+    slots: Vec<Slot>,
+}
+
+impl JointSlots<'_> {
+    fn joint(&self) -> &JointSetup {
+        &self.problem.joints[self.j]
+    }
+
+    fn is_free(&self, key: &str) -> bool {
+        is_free(self.problem, key, &self.joint().name)
+    }
+
+    /// Effort over the scale of another quantity, or 1 if it is not defined.
+    fn effort_over(&self, divisor: f64) -> f64 {
+        let ratio = self.joint().scales.effort / divisor;
+        if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
+    }
+
+    fn inertia_scale(&self) -> f64 {
+        self.effort_over(self.joint().scales.acceleration)
+    }
+
+    fn damping_scale(&self) -> f64 {
+        self.effort_over(self.joint().scales.velocity)
+    }
+
+    fn add(&mut self, key: &str, unit: Unit, role: Nominal, start: f64, lower: f64, scale: f64) {
+        self.slots.push(Slot {
+            name: format!("{key}:{}", self.joint().name),
             unit,
-            joint: Some(j),
+            joint: Some(self.j),
             role: Role::Nominal(role),
             start,
             bounds: [lower, f64::INFINITY],
             prior: Prior::Normal { mean: start, sd: PRIOR_SD * scale.max(start.abs()) },
         });
-    };
-    let [armature, damping, _] = problem.of_model[j];
-    let inertia = ratio(scales.acceleration);
-    let listed = problem.free.is_some();
-    match problem.axis {
-        Some(axis) => {
-            let per_inertia = problem.effort_unit == EffortUnit::PerInertia;
-            if axis.inertia.is_none() && !per_inertia {
-                add("inertia", Unit::Inertia, Nominal::Inertia, inertia, 0.0, inertia);
-            }
-            if listed && axis.inertia.is_some() && is_free(problem, "armature", &joint.name) {
-                add("armature", Unit::Inertia, Nominal::Armature, 0.0, 0.0, inertia);
-            }
-            if axis.gravity {
-                let scale = scales.effort.max(f64::MIN_POSITIVE);
-                if axis.gravity_torque.is_none() {
-                    add("gravity_sin", Unit::Effort, Nominal::GravitySin, 0.0, f64::NEG_INFINITY, scale);
-                    add("gravity_cos", Unit::Effort, Nominal::GravityCos, 0.0, f64::NEG_INFINITY, scale);
-                }
-            }
-        }
-        None if is_free(problem, "armature", &joint.name) => {
-            add("armature", Unit::Inertia, Nominal::Armature, armature, 0.0, inertia);
-        }
-        None => {}
     }
-    if is_free(problem, "damping", &joint.name) {
-        add("damping", Unit::Damping, Nominal::Damping, damping, 0.0, ratio(scales.velocity));
+
+    fn add_timing(&mut self) {
+        let timing = self.joint().timing;
+        if timing[0] < timing[1] {
+            self.slots.push(Slot {
+                name: format!("timing:{}", self.joint().name),
+                unit: Unit::Time,
+                joint: Some(self.j),
+                role: Role::Nominal(Nominal::Timing),
+                start: 0.0,
+                bounds: timing,
+                prior: Prior::Normal { mean: 0.0, sd: TIMING_SD * timing[1].max(-timing[0]) },
+            });
+        }
     }
-    let has_free_gain = problem.episodes.iter().any(|e| e.joints[j].gain.is_none());
-    let fixes_scale = matches!(problem.effort_unit, EffortUnit::Recorded | EffortUnit::TargetError);
-    match joint.drive {
-        Drive::Effort(source) => {
-            if has_free_gain && !fixes_scale {
-                let start = joint.reference_gain;
-                add("gain", Unit::One, Nominal::Gain, start, f64::NEG_INFINITY, start);
-            }
-            if source == EffortSource::Voltage && joint.switches_off {
-                add("back_emf", Unit::Damping, Nominal::BackEmf, 0.0, 0.0, ratio(scales.velocity));
-            }
+
+    /// Inertia, armature and gravity of an axis without a model.
+    fn add_axis(&mut self, axis: AxisSetup) {
+        let inertia = self.inertia_scale();
+        if axis.inertia.is_none() && self.problem.effort_unit != EffortUnit::PerInertia {
+            self.add("inertia", Unit::Inertia, Nominal::Inertia, inertia, 0.0, inertia);
         }
-        Drive::Target => {
-            if has_free_gain && !fixes_scale {
-                let start = joint.reference_gain;
-                add("drive_stiffness", Unit::Stiffness, Nominal::Gain, start, 0.0, start);
-            }
-            // While the drive is on, its damping cannot be distinguished from that of the joint.
-            let is_distinct = joint.switches_off || !is_free(problem, "damping", &joint.name);
-            if problem.episodes.iter().any(|e| e.joints[j].drive_damping.is_none()) && is_distinct {
-                let scale = ratio(scales.velocity);
-                add("drive_damping", Unit::Damping, Nominal::DriveDamping, 0.0, 0.0, scale);
-            }
+        if self.problem.free.is_some() && axis.inertia.is_some() && self.is_free("armature") {
+            self.add("armature", Unit::Inertia, Nominal::Armature, 0.0, 0.0, inertia);
         }
-        Drive::None => {}
+        if axis.gravity && axis.gravity_torque.is_none() {
+            let scale = self.joint().scales.effort.max(f64::MIN_POSITIVE);
+            self.add("gravity_sin", Unit::Effort, Nominal::GravitySin, 0.0, f64::NEG_INFINITY, scale);
+            self.add("gravity_cos", Unit::Effort, Nominal::GravityCos, 0.0, f64::NEG_INFINITY, scale);
+        }
+    }
+
+    /// Armature of a joint of a model.
+    fn add_armature(&mut self) {
+        if self.is_free("armature") {
+            let [armature, _, _] = self.problem.of_model[self.j];
+            let scale = self.inertia_scale();
+            self.add("armature", Unit::Inertia, Nominal::Armature, armature, 0.0, scale);
+        }
+    }
+
+    fn add_damping(&mut self) {
+        if self.is_free("damping") {
+            let [_, damping, _] = self.problem.of_model[self.j];
+            let scale = self.damping_scale();
+            self.add("damping", Unit::Damping, Nominal::Damping, damping, 0.0, scale);
+        }
+    }
+
+    /// Whether the gain of the drive is free, and something else fixes the scale of efforts.
+    fn has_free_gain(&self) -> bool {
+        let fixes_scale = matches!(self.problem.effort_unit, EffortUnit::Recorded | EffortUnit::TargetError);
+        self.problem.episodes.iter().any(|e| e.joints[self.j].gain.is_none()) && !fixes_scale
+    }
+
+    fn add_effort_drive(&mut self, source: EffortSource) {
+        if self.has_free_gain() {
+            let start = self.joint().reference_gain;
+            self.add("gain", Unit::One, Nominal::Gain, start, f64::NEG_INFINITY, start);
+        }
+        if source == EffortSource::Voltage && self.joint().switches_off {
+            let scale = self.damping_scale();
+            self.add("back_emf", Unit::Damping, Nominal::BackEmf, 0.0, 0.0, scale);
+        }
+    }
+
+    fn add_position_drive(&mut self) {
+        if self.has_free_gain() {
+            let start = self.joint().reference_gain;
+            self.add("drive_stiffness", Unit::Stiffness, Nominal::Gain, start, 0.0, start);
+        }
+        // While the drive is on, its damping cannot be distinguished from that of the joint.
+        let is_distinct = self.joint().switches_off || !self.is_free("damping");
+        let is_unknown = self.problem.episodes.iter().any(|e| e.joints[self.j].drive_damping.is_none());
+        if is_unknown && is_distinct {
+            let scale = self.damping_scale();
+            self.add("drive_damping", Unit::Damping, Nominal::DriveDamping, 0.0, 0.0, scale);
+        }
     }
 }
