@@ -124,7 +124,6 @@ impl Problem {
         dynamics: Option<&Dynamics>,
     ) -> Result<Self, MechanismError> {
         let meta = &recording.metadata;
-        let simulator = dynamics.and_then(|d| d.simulator.clone());
         if dynamics.is_none() && meta.mechanism.types.is_some() {
             return Err(MechanismError::Unsuitable {
                 recording: meta.name.clone(),
@@ -134,19 +133,39 @@ impl Problem {
         }
         let drives: Vec<Drive> =
             motion.joints.iter().map(|joint| Drive::of(recording, joint)).collect::<Result<_, _>>()?;
-        let mut episodes = vec![];
-        for (k, episode) in motion.episodes.iter().enumerate() {
-            let own = dynamics
-                .map(|all| checked(all, k, (&episode.name, episode.grid.len), motion.joints.len()))
-                .transpose()?;
-            episodes.push(episode_data(recording, motion, episode, &drives, own));
+        let episodes = episodes(recording, motion, dynamics, &drives)?;
+        let mut problem = Self::without_joints(recording, motion, dynamics, episodes);
+        problem.effort_unit = problem.effort_unit_of(&drives);
+        for (j, name) in motion.joints.iter().enumerate() {
+            let is_hinge =
+                dynamics.map_or(meta.mechanism.axis == Some(Axis::Hinge), |dynamics| dynamics.is_hinge[j]);
+            let setup = problem.setup(recording, motion, j, name, is_hinge, drives[j]);
+            problem.joints.push(setup);
         }
+        for j in 0..problem.joints.len() {
+            let rest = problem.joints[j].rest_speed;
+            for episode in &mut problem.episodes {
+                keep(episode, j, rest, &motion.episodes);
+            }
+        }
+        Ok(problem)
+    }
+
+    /// The nominal mechanism, its settings and the episodes, before the joints are set up.
+    fn without_joints(
+        recording: &JointRecording,
+        motion: &Motion,
+        dynamics: Option<&Dynamics>,
+        episodes: Vec<EpisodeData>,
+    ) -> Self {
+        let meta = &recording.metadata;
+        let simulator = dynamics.and_then(|d| d.simulator.clone());
         let axis = dynamics.is_none().then_some(AxisSetup {
             inertia: meta.mechanism.inertia,
             gravity: meta.mechanism.gravity,
             gravity_torque: meta.mechanism.gravity_torque,
         });
-        let mut problem = Self {
+        Self {
             name: meta.name.clone(),
             joints: vec![],
             axis,
@@ -166,21 +185,7 @@ impl Problem {
             imposed: meta.mechanism.imposed,
             at_rest: meta.start.at_rest,
             episodes,
-        };
-        problem.effort_unit = problem.effort_unit_of(&drives);
-        for (j, name) in motion.joints.iter().enumerate() {
-            let is_hinge =
-                dynamics.map_or(meta.mechanism.axis == Some(Axis::Hinge), |dynamics| dynamics.is_hinge[j]);
-            let setup = problem.setup(recording, motion, j, name, is_hinge, drives[j]);
-            problem.joints.push(setup);
         }
-        for j in 0..problem.joints.len() {
-            let rest = problem.joints[j].rest_speed;
-            for episode in &mut problem.episodes {
-                keep(episode, j, rest, &motion.episodes);
-            }
-        }
-        Ok(problem)
     }
 
     /// Number of compared samples of a joint in the training episodes.
@@ -215,42 +220,16 @@ impl Problem {
     ) -> JointSetup {
         let training: Vec<&Series> =
             self.episodes.iter().filter(|e| !e.held_out).map(|e| &e.joints[j]).collect();
-        let rms = |of: &dyn Fn(&Series, usize) -> f64| {
-            rms_of(training.iter().flat_map(|series| (0..series.q.len()).map(|k| of(series, k))))
-        };
-        let velocity = rms(&|s, k| s.v[k]);
-        let acceleration = rms(&|s, k| s.a[k]);
-        let gain = training.iter().find_map(|s| s.gain);
-        let positions = || training.iter().flat_map(|s| &s.q);
-        let low = positions().copied().fold(f64::INFINITY, f64::min);
-        let high = positions().copied().fold(f64::NEG_INFINITY, f64::max);
-        let needed = self.needed_effort(j, acceleration, low.abs().max(high.abs()));
-        let effort = match drive {
-            Drive::None => needed,
-            _ if gain.is_none() && self.effort_unit == EffortUnit::Newton => needed,
-            _ => rms(&|s, k| s.command_error(drive, k) * s.on[k] * gain.unwrap_or(1.0) + s.known[k]),
-        };
-        let load = rms(&|s, k| s.load.as_ref().map_or(0.0, |load| load[k]));
-        let scales = JointScales {
-            effort,
-            range: [low, high],
-            velocity,
-            acceleration,
-            load: (load > 0.0).then_some(load),
-            resolution: motion.stages.both(),
-        };
-        let stated =
-            recording.metadata.noise.as_ref().and_then(|noise| noise.effort.as_ref()?.of(name).copied());
-        let gain_or_reference = |reference: f64| gain.unwrap_or(reference);
+        let scales = self.scales(&training, j, drive, motion.stages.both());
         let error = |s: &Series, k: usize| s.command_error(drive, k);
-        let command = rms(&|s, k| error(s, k) * s.on[k]);
+        let command = training_rms(&training, &|s, k| error(s, k) * s.on[k]);
         let all = training.iter().flat_map(|s| (0..s.q.len()).map(|k| error(s, k).abs()));
-        let reference_gain = if command > 0.0 { effort / command } else { 1.0 };
-        let reading = stated.unwrap_or_else(|| rms_of(training.iter().map(|s| s.noise)));
+        let reference_gain = if command > 0.0 { scales.effort / command } else { 1.0 };
         let interval = training.iter().map(|s| s.interval).fold(0.0, f64::max);
-        let positions = if drive == Drive::Target { motion.position_noise[j] } else { 0.0 };
+        let gain = training.iter().find_map(|s| s.gain).unwrap_or(reference_gain);
+        let reading = gain * reading_noise(recording, motion, &training, (j, name, drive));
         let sensor_noise = [
-            gain_or_reference(reference_gain) * reading.hypot(positions) * motion.noise_gain(0, interval),
+            reading * motion.noise_gain(0, interval),
             self.inertia_of(j, &scales) * motion.position_noise[j] * motion.noise_gain(2, motion.interval[j]),
         ];
         JointSetup {
@@ -263,9 +242,34 @@ impl Problem {
             drive,
             encoder_on_drive: recording.metadata.encoder_side_of(name) == EncoderSide::Drive,
             switches_off: training.iter().any(|s| s.on.contains(&0.0)),
-            has_load: load > 0.0,
-            rest_speed: (REST_NOISE_SDS * motion.velocity_noise[j]).max(MIN_SPEED_SHARE * velocity),
+            has_load: scales.load.is_some(),
+            rest_speed: (REST_NOISE_SDS * motion.velocity_noise[j]).max(MIN_SPEED_SHARE * scales.velocity),
             scales,
+        }
+    }
+
+    /// Sizes of a joint's signals in the training episodes.
+    fn scales(&self, training: &[&Series], j: usize, drive: Drive, resolution: f64) -> JointScales {
+        let rms = |of: &dyn Fn(&Series, usize) -> f64| training_rms(training, of);
+        let acceleration = rms(&|s, k| s.a[k]);
+        let gain = training.iter().find_map(|s| s.gain);
+        let positions = || training.iter().flat_map(|s| &s.q);
+        let low = positions().copied().fold(f64::INFINITY, f64::min);
+        let high = positions().copied().fold(f64::NEG_INFINITY, f64::max);
+        let needed = self.needed_effort(j, acceleration, low.abs().max(high.abs()));
+        let effort = match drive {
+            Drive::None => needed,
+            _ if gain.is_none() && self.effort_unit == EffortUnit::Newton => needed,
+            _ => rms(&|s, k| s.command_error(drive, k) * s.on[k] * gain.unwrap_or(1.0) + s.known[k]),
+        };
+        let load = rms(&|s, k| s.load.as_ref().map_or(0.0, |load| load[k]));
+        JointScales {
+            effort,
+            range: [low, high],
+            velocity: rms(&|s, k| s.v[k]),
+            acceleration,
+            load: (load > 0.0).then_some(load),
+            resolution,
         }
     }
 
@@ -292,6 +296,24 @@ impl Problem {
     }
 }
 
+/// Root mean square of a quantity over all samples of the training episodes.
+fn training_rms(training: &[&Series], of: &dyn Fn(&Series, usize) -> f64) -> f64 {
+    rms_of(training.iter().flat_map(|series| (0..series.q.len()).map(|k| of(series, k))))
+}
+
+/// Standard deviation of a reading of the drive, in its unit: that of the effort, or of the position error of a target.
+fn reading_noise(
+    recording: &JointRecording,
+    motion: &Motion,
+    training: &[&Series],
+    (j, name, drive): (usize, &str, Drive),
+) -> f64 {
+    let stated = recording.metadata.noise.as_ref().and_then(|noise| noise.effort.as_ref()?.of(name).copied());
+    let reading = stated.unwrap_or_else(|| rms_of(training.iter().map(|s| s.noise)));
+    let positions = if drive == Drive::Target { motion.position_noise[j] } else { 0.0 };
+    reading.hypot(positions)
+}
+
 /// Measured efforts may belong to any time between their neighbours. A held command may have changed between two samples,
 /// and so act earlier than its record.
 fn timing(drive: Drive, interval: f64) -> [f64; 2] {
@@ -301,6 +323,20 @@ fn timing(drive: Drive, interval: f64) -> [f64; 2] {
         _ if drive.is_held() => [-half, 0.0],
         _ => [-half, half],
     }
+}
+
+fn episodes(
+    recording: &JointRecording,
+    motion: &Motion,
+    dynamics: Option<&Dynamics>,
+    drives: &[Drive],
+) -> Result<Vec<EpisodeData>, MechanismError> {
+    let one = |(k, episode): (usize, &EpisodeMotion)| {
+        let size = (&*episode.name, episode.grid.len);
+        let own = dynamics.map(|all| checked(all, k, size, motion.joints.len())).transpose()?;
+        Ok(episode_data(recording, motion, episode, drives, own))
+    };
+    motion.episodes.iter().enumerate().map(one).collect()
 }
 
 fn episode_data(
