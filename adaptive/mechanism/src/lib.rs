@@ -41,6 +41,7 @@ mod probability_limits;
 mod problem;
 mod quadratic_cost;
 mod refinement;
+mod report;
 mod resample;
 mod residual_scaling;
 mod resting_samples;

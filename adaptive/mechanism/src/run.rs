@@ -1,37 +1,22 @@
 //! A diagnosis of joints from start to end.
 
-use crate::answer::{
-    JointAnswer, JointBeforeAfter, JointEffect, JointFit, JointMismatch, JointNominal, JointParameter,
-    JointResidual,
-};
-use crate::competing_models::{
-    alternatives, inclusion_probability, posterior_weights, single_ties, tied_sets,
-};
+use crate::answer::JointAnswer;
 use crate::coupling::Coupling;
 use crate::dynamics::Dynamics;
 use crate::error::MechanismError;
-use crate::error_metrics::error_metrics;
-use crate::fit::{Fit, Freedom, MAX_STEPS, fit_with};
-use crate::fitted_model::{FittedModel, SearchResult, Support};
-use crate::intervals::{Interval, are_defined, intervals};
+use crate::fit::{Freedom, MAX_STEPS, fit_with};
+use crate::fitted_model::{FittedModel, SearchResult};
 use crate::lack_of_fit::{LackOfFit, lack_of_fit};
-use crate::location::{regime, shares, windows};
-use crate::model::{Kind, Role, place};
+use crate::model::Kind;
 use crate::motion::Motion;
 use crate::outcome::JointOutcome;
-use crate::probability_limits::{ProbabilityLimit, explained, probability_limits, remaining};
+use crate::probability_limits::{explained, probability_limits, remaining};
 use crate::problem::Problem;
+use crate::report::answer;
 use crate::resting_samples::with_resting_samples;
 use crate::rows::Scope;
 use crate::search::Searcher;
-use crate::spurious_effects::is_spurious;
-use crate::statement::statement;
-use crate::units::Unit;
-use std::collections::BTreeMap;
-use trundle_diagnose::{
-    MAX_RESIDUAL_GAIN_SHARE, MAX_TIE_DIFFERENCE_NATS, MIN_MATERIAL_ERROR_RATIO, Quantity, Verdict,
-    calibrated, max_given_cost,
-};
+use trundle_diagnose::{MAX_RESIDUAL_GAIN_SHARE, MIN_MATERIAL_ERROR_RATIO, Verdict, max_given_cost};
 use trundle_infer::Watch;
 use trundle_record::JointRecording;
 
@@ -181,214 +166,4 @@ fn verdict(
         (true, false) if given == Some(false) => Verdict::Reparameterised,
         (true, false) => Verdict::Consistent,
     }
-}
-
-fn answer(
-    problem: &Problem,
-    searcher: &Searcher<'_>,
-    found: &mut SearchResult,
-    verdict: Verdict,
-    [before, after]: [&[LackOfFit]; 2],
-    limits: &[ProbabilityLimit],
-) -> JointAnswer {
-    let times = searcher.times(&found.best);
-    let best = found.best.clone();
-    let immaterial = immaterial(problem, searcher, found, &best);
-    let bound = best.log_evidence(&times) - 2.0 * MAX_TIE_DIFFERENCE_NATS;
-    found.models = searcher.supported(&best, &mut found.models, &times, bound);
-    let weights = posterior_weights(searcher, found, &times);
-    let spread = intervals(problem, &best.fit, &times);
-    let mut missing: Vec<JointEffect> = vec![];
-    for (k, limit) in limits.iter().enumerate() {
-        let simpler = searcher.without_effect(&best, k, &mut found.models);
-        let support = found.support.get(k).copied().unwrap_or(Support {
-            probability: 0.5,
-            error_ratio: 1.0,
-            may_be_noise: false,
-        });
-        let kind = best.fit.effects[k].kind;
-        let chance = support.probability.min(inclusion_probability(found, &weights, kind));
-        let explains = reduction(problem, &simpler.fit, &best.fit);
-        let probability = (limit.share * calibrated(chance)).min(limit.most).min(support.share());
-        missing.push(reported(problem, &best.fit, &spread, k, probability, explains));
-    }
-    missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
-    let tied = tied_sets(problem, found, &times);
-    let worst =
-        (0..after.len()).max_by(|a, b| after[*a].mean_square.total_cmp(&after[*b].mean_square)).unwrap_or(0);
-    let square = |fitted: &FittedModel, j: usize| fitted.left_out.mean_square(j, fitted.fit.sd[j]);
-    let total = |fitted: &FittedModel| {
-        (0..times.len())
-            .map(|j| square(fitted, j) / problem.joints[j].scales.effort.powi(2).max(f64::MIN_POSITIVE))
-            .sum::<f64>()
-    };
-    let is_consistent = verdict == Verdict::Consistent;
-    JointAnswer {
-        format: "trundle-diagnosis/1",
-        recording: problem.name.clone(),
-        verdict,
-        alternatives: alternatives(problem, found, &weights),
-        tied_sets: if tied.len() > 1 { vec![tied.clone()] } else { vec![] },
-        tied: single_ties(&tied),
-        immaterial: if verdict == Verdict::Unexplained { vec![] } else { immaterial },
-        mismatch: JointMismatch {
-            joints: shares(problem, &found.base, &found.best, before),
-            regime: if is_consistent { None } else { regime(problem, &found.base, worst) },
-            windows: if is_consistent { vec![] } else { windows(problem, &found.base) },
-        },
-        residual: JointResidual {
-            effort_rms: (0..times.len())
-                .map(|j| {
-                    let joint = &problem.joints[j];
-                    let gain = best.fit.gain(j).map_or(1.0, |gain| gain.abs() / joint.reference_gain);
-                    (joint.name.clone(), gain * square(&found.best, j).sqrt())
-                })
-                .collect(),
-            effort_unit: problem
-                .joints
-                .iter()
-                .map(|joint| (joint.name.clone(), Unit::Effort.text(joint.is_hinge, problem.effort_unit)))
-                .collect(),
-            explained: (0..times.len())
-                .map(|j| (problem.joints[j].name.clone(), explained(problem, found, &[j])))
-                .collect(),
-            share: Some(total(&found.best) / total(&found.base).max(f64::MIN_POSITIVE)),
-            regime: if is_consistent { None } else { regime(problem, &found.best, worst) },
-        },
-        warnings: crate::warnings::warnings(problem, &found.best.fit),
-        nominal: JointNominal {
-            given: given(problem),
-            before: parameters(
-                problem,
-                &found.base.fit,
-                &intervals(problem, &found.base.fit, &searcher.times(&found.base)),
-            ),
-            after: parameters(problem, &best.fit, &spread),
-        },
-        fit: JointFit {
-            held_out: before_after(problem, &found.base.fit, &found.best.fit, true),
-            training: before_after(problem, &found.base.fit, &found.best.fit, false),
-        },
-        missing,
-    }
-}
-
-fn before_after(problem: &Problem, before: &Fit, after: &Fit, held_out: bool) -> Option<JointBeforeAfter> {
-    let (before, after) =
-        (error_metrics(problem, before, held_out)?, error_metrics(problem, after, held_out)?);
-    Some(JointBeforeAfter { before, after })
-}
-
-/// Share by which an effect reduces the held-out misfit of efforts, negative if it increases it; on training episodes if none
-/// are held out.
-fn reduction(problem: &Problem, simpler: &Fit, best: &Fit) -> Option<f64> {
-    let misfit = |fit: &Fit| {
-        let found = error_metrics(problem, fit, true).or_else(|| error_metrics(problem, fit, false))?;
-        let part = |(name, errors): (&String, &crate::error_metrics::JointErrorMetrics)| {
-            let joint = problem.joints.iter().find(|joint| joint.name == *name)?;
-            Some((errors.effort_rmse? / joint.scales.effort).powi(2))
-        };
-        Some(found.joints.iter().filter_map(part).sum::<f64>())
-    };
-    let (without, with) = (misfit(simpler)?, misfit(best)?);
-    (without > 0.0).then(|| 1.0 - with / without)
-}
-
-fn reported(
-    problem: &Problem,
-    fit: &Fit,
-    spread: &[Interval],
-    index: usize,
-    probability: f64,
-    explains: Option<f64>,
-) -> JointEffect {
-    let effect = &fit.fitted_effects()[index];
-    let params = effect.kind.params();
-    let is_hinge = effect.kind.joint().is_none_or(|j| problem.joints[j].is_hinge);
-    let mut parameters = BTreeMap::new();
-    for (i, param) in params.iter().enumerate() {
-        let slot = fit.slots.iter().position(|slot| slot.role == Role::Effect(index, i));
-        let unit = param.unit.text(is_hinge, problem.effort_unit);
-        let (mean, sd) = match slot {
-            Some(k) => (fit.values[k], spread[k].sd),
-            None if param.is_choice => (effect.values[i], 0.0),
-            None => continue,
-        };
-        parameters.insert(param.name.to_owned(), Quantity { mean, sd, unit });
-    }
-    JointEffect {
-        effect: effect.kind.effect().to_owned(),
-        probability,
-        statement: statement(problem, effect.kind, &parameters),
-        parameters,
-        place: place(problem, effect.kind),
-        explains,
-    }
-}
-
-/// Effects that improve the prediction of left-out parts with certainty, but not by a material share, or that explain a
-/// negligible share of what was missing, each in addition to the best model. Of several names for one joint only the best is kept.
-fn immaterial(
-    problem: &Problem,
-    searcher: &Searcher<'_>,
-    found: &SearchResult,
-    best: &FittedModel,
-) -> Vec<JointEffect> {
-    let own = best.kinds();
-    let mut all: Vec<(f64, Option<usize>, JointEffect)> = vec![];
-    for fitted in found.models.iter().filter(|fitted| fitted.fit.effects.len() == own.len() + 1) {
-        let new = fitted.fit.effects.iter().position(|effect| !own.contains(&effect.kind));
-        let (Some(k), true) = (new, own.iter().all(|kind| fitted.kinds().contains(kind))) else { continue };
-        let support = searcher.support(best, fitted);
-        let times = searcher.times(fitted);
-        let is_small = !support.is_material() || is_spurious(searcher.share_limit(&found.base, best, fitted));
-        if support.is_certain() && is_small && are_defined(problem, &fitted.fit, &times) {
-            let spread = intervals(problem, &fitted.fit, &times);
-            let explains = reduction(problem, &best.fit, &fitted.fit);
-            let effect =
-                reported(problem, &fitted.fit, &spread, k, calibrated(support.probability), explains);
-            all.push((support.error_ratio, fitted.fit.effects[k].kind.joint(), effect));
-        }
-    }
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut kept: Vec<(Option<usize>, JointEffect)> = vec![];
-    for (_, joint, effect) in all {
-        if kept.iter().all(|(other, _)| *other != joint) {
-            kept.push((joint, effect));
-        }
-    }
-    kept.into_iter().map(|(_, effect)| effect).collect()
-}
-
-fn parameters(problem: &Problem, fit: &Fit, spread: &[Interval]) -> BTreeMap<String, JointParameter> {
-    let nominal = |(k, slot): (usize, &crate::model::Slot)| {
-        matches!(slot.role, Role::Nominal(_)).then(|| {
-            let is_hinge = slot.joint.is_none_or(|j| problem.joints[j].is_hinge);
-            let known = spread[k].identified;
-            let parameter = JointParameter {
-                mean: known.then_some(fit.values[k]),
-                sd: known.then_some(spread[k].sd),
-                unit: slot.unit.text(is_hinge, problem.effort_unit),
-                identifiable: known,
-            };
-            (slot.name.clone(), parameter)
-        })
-    };
-    fit.slots.iter().enumerate().filter_map(nominal).collect()
-}
-
-fn given(problem: &Problem) -> BTreeMap<String, f64> {
-    if let Some(axis) = problem.axis {
-        let known = [("inertia", axis.inertia), ("gravity_torque", axis.gravity_torque)];
-        return known.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect();
-    }
-    if let Some(simulator) = &problem.simulator {
-        let parameters = simulator.parameters.iter().filter(|_| simulator.is_given);
-        return parameters.map(|p| (p.name.clone(), p.start)).collect();
-    }
-    let bodies = problem.bodies.iter().map(|(body, mass)| (format!("mass:{body}"), *mass));
-    let joints = problem.joints.iter().zip(&problem.of_model).flat_map(|(joint, [armature, damping, _])| {
-        [(format!("armature:{}", joint.name), *armature), (format!("damping:{}", joint.name), *damping)]
-    });
-    bodies.chain(joints).collect()
 }
