@@ -30,7 +30,8 @@ mod simulator;
 mod view;
 mod windows;
 
-use crate::run::{Options, Outcome, diagnose_with};
+use crate::report::Outcome;
+use crate::run::{Options, diagnose_with};
 use trundle_infer::{InferError, Watch};
 use trundle_record::Dataset;
 

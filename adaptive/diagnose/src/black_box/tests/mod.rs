@@ -75,7 +75,7 @@ fn under_test(simulator: &Wheeled, given: bool) -> BlackBox<'_> {
     BlackBox { simulator, parameters, start: vec![15.0, 30.0, 100.0], given }
 }
 
-fn verdict(data: &Dataset, given: bool) -> crate::run::Outcome {
+fn verdict(data: &Dataset, given: bool) -> crate::report::Outcome {
     let simulator = wheeled();
     let begun = std::time::Instant::now();
     let outcome = diagnose(data, &under_test(&simulator, given), 0, &Quiet).unwrap();
