@@ -18,6 +18,8 @@ const MAX_CHECKED_MODELS: usize = 24;
 
 /// Reason for not naming the best model.
 pub(crate) const LARGE_RESIDUAL: &str = "its residual exceeds what noise explains";
+const UNSUPPORTED: &str = "an effect does not improve the predictive density of left-out episodes";
+const IMMATERIAL: &str = "an effect does not improve the prediction of left-out episodes by a material share";
 
 /// The selected model.
 pub(crate) struct Selection {
@@ -31,6 +33,18 @@ pub(crate) struct Selection {
     pub immaterial: Vec<(usize, usize, f64)>,
     /// Reasons for not naming fitted models. Models with less weight than the selected one are not tested.
     pub reasons: BTreeMap<usize, &'static str>,
+}
+
+/// Result of the tests of a model.
+enum TestResult {
+    /// All effects pass, with these probabilities.
+    Passed(Vec<f64>),
+    /// An effect is not supported, for this reason.
+    Unsupported(&'static str),
+    /// A simpler law suffices.
+    TooRich,
+    /// These effects are immaterial; the probabilities are those of all effects.
+    Immaterial { effects: Vec<usize>, chances: Vec<f64> },
 }
 
 /// Inputs of the selection.
@@ -68,48 +82,61 @@ impl Selector<'_> {
                 reasons.insert(index, INELIGIBLE);
                 continue;
             }
-            let reason = if cache.len() >= MAX_CHECKED_MODELS {
-                Some("not tested: too many models have more weight")
-            } else {
-                self.rejection_reason(candidate)?
-            };
-            let chances = if reason.is_some() { vec![] } else { self.chances(candidate, &mut cache)? };
-            let by_chance = chances.iter().any(|chance| *chance < MIN_EFFECT_PROBABILITY);
-            if reason.is_some() || by_chance {
-                reasons.insert(
-                    index,
-                    reason
-                        .unwrap_or("an effect does not improve the predictive density of left-out episodes"),
-                );
-                // A test rejects the other effects of the best model, so that other models become eligible.
-                if let Some(ineligible) =
-                    eligibility.take_if(|eligibility| eligibility.is_reduced_to(candidate))
-                {
-                    next = ineligible.index + 1;
+            match self.tested(candidate, &mut cache)? {
+                TestResult::Passed(chances) => {
+                    return Ok(Selection { best: index, chances, rejected: index, immaterial, reasons });
                 }
-                continue;
-            }
-            let immaterial_effects = self.immaterial_effects(candidate, &mut cache)?;
-            if immaterial_effects.is_empty() && self.simpler_law_suffices(candidate, &mut cache)? {
-                reasons.insert(index, "a simpler law predicts left-out episodes as well");
-                continue;
-            }
-            if immaterial_effects.is_empty() {
-                return Ok(Selection { best: index, chances, rejected: index, immaterial, reasons });
-            }
-            reasons.insert(
-                index,
-                "an effect does not improve the prediction of left-out episodes by a material share",
-            );
-            for &k in &immaterial_effects {
-                let effect = candidate.names()[k];
-                if immaterial.iter().all(|&(i, j, _)| models[i].names()[j] != effect) {
-                    immaterial.push((index, k, chances[k]));
+                TestResult::Unsupported(reason) => {
+                    reasons.insert(index, reason);
+                    // A test rejects the other effects of the best model, so that other models become eligible.
+                    if let Some(ineligible) =
+                        eligibility.take_if(|eligibility| eligibility.is_reduced_to(candidate))
+                    {
+                        next = ineligible.index + 1;
+                    }
+                }
+                TestResult::TooRich => {
+                    reasons.insert(index, "a simpler law predicts left-out episodes as well");
+                }
+                TestResult::Immaterial { effects, chances } => {
+                    reasons.insert(index, IMMATERIAL);
+                    for &k in &effects {
+                        let effect = candidate.names()[k];
+                        if immaterial.iter().all(|&(i, j, _)| models[i].names()[j] != effect) {
+                            immaterial.push((index, k, chances[k]));
+                        }
+                    }
+                    eligibility.get_or_insert(Eligibility { index, candidate, immaterial: effects });
                 }
             }
-            eligibility.get_or_insert(Eligibility { index, candidate, immaterial: immaterial_effects });
         }
         Ok(Selection { best: self.base, chances: vec![], rejected: 0, immaterial, reasons })
+    }
+
+    /// Test a model.
+    fn tested(
+        &self,
+        candidate: &FittedModel,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
+    ) -> Result<TestResult, InferError> {
+        if cache.len() >= MAX_CHECKED_MODELS {
+            return Ok(TestResult::Unsupported("not tested: too many models have more weight"));
+        }
+        if let Some(reason) = self.rejection_reason(candidate)? {
+            return Ok(TestResult::Unsupported(reason));
+        }
+        let chances = self.chances(candidate, cache)?;
+        if chances.iter().any(|chance| *chance < MIN_EFFECT_PROBABILITY) {
+            return Ok(TestResult::Unsupported(UNSUPPORTED));
+        }
+        let effects = self.immaterial_effects(candidate, cache)?;
+        Ok(if !effects.is_empty() {
+            TestResult::Immaterial { effects, chances }
+        } else if self.simpler_law_suffices(candidate, cache)? {
+            TestResult::TooRich
+        } else {
+            TestResult::Passed(chances)
+        })
     }
 
     /// Reason for rejecting a model without a test on left-out episodes, if any.
