@@ -8,7 +8,7 @@
 
 use super::linearisation::IntervalMap;
 use super::path::Path;
-use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Matrix6x3, SMatrix, SVector, Vector3, Vector6};
 use std::f64::consts::TAU;
 use trundle_infer::{Channels, Residual};
 use trundle_model::transport;
@@ -67,14 +67,7 @@ impl Gains {
         law_covariances: &[Matrix3<f64>],
         keep_history: bool,
     ) -> Self {
-        let mut covariance = FilterMatrix::zeros();
-        for k in 0..6 {
-            covariance[(k, k)] = path.start.1[k].max(1e-12);
-        }
-        for k in 0..3 {
-            covariance[(6 + k, 6 + k)] = path.tare[k].max(MIN_VARIANCE);
-            covariance[(9 + k, 9 + k)] = (INITIAL_WANDER_S * channels.wander[k].powi(2)).max(MIN_VARIANCE);
-        }
+        let mut covariance = start_covariance(path, channels);
         let mut gains = Self {
             transition: Vec::with_capacity(maps.len()),
             update: Vec::with_capacity(maps.len()),
@@ -85,10 +78,7 @@ impl Gains {
         gains.start.fixed_rows_mut::<6>(0).copy_from(&Vector6::from(path.start.0));
         for (index, (interval, map)) in path.intervals.iter().zip(maps).enumerate() {
             let reading = map.b * transport_matrix(interval.steps[0].frame);
-            let mut transition = FilterMatrix::identity();
-            transition.fixed_view_mut::<6, 6>(0, 0).copy_from(&map.a);
-            transition.fixed_view_mut::<6, 3>(0, 6).copy_from(&reading);
-            transition.fixed_view_mut::<6, 3>(0, 9).copy_from(&map.b);
+            let transition = transition_matrix(map, &reading);
             let propagated = transition * covariance * transition.transpose();
             covariance = propagated;
             let variance =
@@ -102,16 +92,7 @@ impl Gains {
                 covariance[(9 + k, 9 + k)] += channels.wander[k].powi(2) * interval.span;
             }
             let prior = covariance;
-            let mut update = [None; 3];
-            for k in (0..3).filter(|&k| dof[k]) {
-                let column: FilterState = covariance.column(k).into_owned();
-                let variance = (column[k] + interval.pose_variance(channels)[k]).max(1e-18);
-                let gain = column / variance;
-                covariance -= gain * column.transpose();
-                gains.normaliser += 0.5 * (TAU * variance).ln();
-                update[k] = Some((gain, variance.sqrt().recip()));
-            }
-            covariance = (covariance + covariance.transpose()) * 0.5;
+            let update = gains.updated(&mut covariance, interval.pose_variance(channels), dof);
             gains.transition.push(transition);
             gains.update.push(update);
             if let Some(history) = &mut gains.history {
@@ -119,6 +100,27 @@ impl Gains {
             }
         }
         gains
+    }
+
+    /// Update a covariance with a pose, one free direction after the other, and add to the normaliser. Returns the gain and the
+    /// reciprocal of the innovation's standard deviation of each.
+    fn updated(
+        &mut self,
+        covariance: &mut FilterMatrix,
+        pose_variance: [f64; 3],
+        dof: [bool; 3],
+    ) -> [Option<(FilterState, f64)>; 3] {
+        let mut update = [None; 3];
+        for k in (0..3).filter(|&k| dof[k]) {
+            let column: FilterState = covariance.column(k).into_owned();
+            let variance = (column[k] + pose_variance[k]).max(1e-18);
+            let gain = column / variance;
+            *covariance -= gain * column.transpose();
+            self.normaliser += 0.5 * (TAU * variance).ln();
+            update[k] = Some((gain, variance.sqrt().recip()));
+        }
+        *covariance = (*covariance + covariance.transpose()) * 0.5;
+        update
     }
 
     /// Whitened innovations if each interval adds `inputs` to the state: one value for each interval and direction,
@@ -261,6 +263,28 @@ fn residual(path: &Path, k: usize, mean: &FilterState, covariance: &FilterMatrix
         wrench: [mean[9], mean[10], mean[11]],
         covariance: covariance.fixed_view::<3, 3>(9, 9).into_owned(),
     }
+}
+
+/// Covariance of the state at the start of a path.
+fn start_covariance(path: &Path, channels: &Channels) -> FilterMatrix {
+    let mut covariance = FilterMatrix::zeros();
+    for k in 0..6 {
+        covariance[(k, k)] = path.start.1[k].max(1e-12);
+    }
+    for k in 0..3 {
+        covariance[(6 + k, 6 + k)] = path.tare[k].max(MIN_VARIANCE);
+        covariance[(9 + k, 9 + k)] = (INITIAL_WANDER_S * channels.wander[k].powi(2)).max(MIN_VARIANCE);
+    }
+    covariance
+}
+
+/// Transition of the state over an interval. `reading` is the effect of the tare error on the motion.
+fn transition_matrix(map: &IntervalMap, reading: &Matrix6x3<f64>) -> FilterMatrix {
+    let mut transition = FilterMatrix::identity();
+    transition.fixed_view_mut::<6, 6>(0, 0).copy_from(&map.a);
+    transition.fixed_view_mut::<6, 3>(0, 6).copy_from(reading);
+    transition.fixed_view_mut::<6, 3>(0, 9).copy_from(&map.b);
+    transition
 }
 
 /// Matrix that transports a wrench from the frame of the reading to the object frame.
