@@ -312,6 +312,14 @@ mod tests {
     }
 
     #[test]
+    fn the_phase_of_cogging_is_free_on_a_rail() {
+        let rail = Model::nominal(Body::point(95.0).unwrap(), None, [true, false, false]);
+        let slots = rail.with(Effect::free(Kind::Cogging)).slots();
+        let value = |name: &str| slots.iter().find(|slot| slot.name == name).unwrap().value;
+        assert_eq!((value("cogging.phase"), value("cogging.angle")), (None, Some(0.0)));
+    }
+
+    #[test]
     fn pressure_is_free_under_a_face_and_fixed_on_feet() {
         let spread = |model: Model| {
             let slots = model.with(Effect::free(Kind::SupportFriction)).slots();

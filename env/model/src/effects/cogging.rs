@@ -27,7 +27,7 @@ pub(crate) static SPEC: Spec = Spec {
             lower: 1e-3,
             ..positive("period", "m", 10.0, (0.06, 1.0), "spatial period").role(Role::Period)
         },
-        angle("phase", TAU, "phase at the world origin"),
+        Param { on_rail: true, ..angle("phase", TAU, "phase at the world origin") },
         angle("angle", PI, "direction of the force and of its variation, world").planar(),
     ],
     neutral: &[("amplitude", 0.0)],
