@@ -24,7 +24,7 @@ from trundle.cli import main
 from trundle.joint_diagnosis import read_log
 from trundle.joint_diagnosis.drives import late_command
 from trundle.joint_diagnosis.mechanisms import load_mechanisms
-from trundle.mechanism import MechanismModel
+from trundle.mechanism import MechanismModel, touching_bodies
 
 FRICTION = 0.3
 FILES = {"diagnosis.json", "model.toml", "predictions.parquet", "report.html"}
@@ -221,6 +221,19 @@ def test_the_last_quarter_of_a_log_is_held_out(log: Path) -> None:
     assert counts[0] == pytest.approx(3 * counts[1], rel=0.01)
     assert recording["held_out"].held_out
     assert not recording["training"].held_out
+
+
+def test_contacts_that_the_recorded_efforts_contradict_are_ignored() -> None:
+    recording = arm_recording(0.0)
+    post = '<geom type="sphere" size="0.05" pos="0.25 0 0.45"/><body name="upper"'
+    forearm = '<geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.3" mass="0"/><inertial pos="0 0 -0.15"'
+    model = NOMINAL.replace('<body name="upper"', post).replace('<inertial pos="0 0 -0.15"', forearm)
+    recording = trundle.JointRecording(recording.metadata, recording.episodes, {"robot.xml": model.encode()})
+    motion = _native._joint_motion(recording)
+    found = load_mechanisms(recording, motion)
+    (warning,) = found.warnings
+    assert "world and fore touch" in warning
+    assert not any(touching_bodies(found.first, own["q"]) for own in motion["episodes"].values())
 
 
 def test_held_out_episodes_do_not_decide_about_contacts(monkeypatch: pytest.MonkeyPatch) -> None:

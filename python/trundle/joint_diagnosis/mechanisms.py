@@ -16,11 +16,11 @@ from trundle._native import JointRecording, TrundleError, _JointOutcome
 from trundle._optional import require
 from trundle._types import JointMotion
 from trundle.joint_diagnosis.fitted import FittedModel
-from trundle.joint_diagnosis.signals import setting
+from trundle.joint_diagnosis.signals import JointSignals, read_signals, setting
 from trundle.joint_diagnosis.under_test import Report
 
 if TYPE_CHECKING:
-    from trundle.mechanism import Mechanism, Payload, Regressors
+    from trundle.mechanism import Mechanism, Payload
 
 __all__ = [
     "EpisodeMechanisms",
@@ -31,9 +31,7 @@ __all__ = [
 ]
 
 MAX_CONTACT_SHARE = 0.5
-"""Share of the effort of a joint from which contacts between bodies of the model are not believed."""
-MIN_TOUCHING_SHARE = 0.9
-"""Share of the samples in which two bodies touch, from which they overlap in the model."""
+"""Share of the effort of a joint from which contacts of the model must agree with the recording."""
 
 HINGE = 3
 """MuJoCo's type of a hinge, mjtJoint.mjJNT_HINGE."""
@@ -99,8 +97,8 @@ def load_mechanisms(
 ) -> EpisodeMechanisms:
     """Load the model of every episode, with its payload.
 
-    If contacts between overlapping bodies of the model dominate the effort in a training episode, the
-    mechanisms have no contacts.
+    If contacts between bodies of the model dominate the effort of a joint in a training episode, and what
+    drives the joint agrees better with the model without them, the mechanisms have no contacts.
 
     Parameters
     ----------
@@ -124,19 +122,21 @@ def load_mechanisms(
     on_drive = [joint for joint in recording.joints if side(joint) == "drive"]
     with model_folder(recording) as folder:
         found = _load(recording, folder, mjcf, contacts=True)
+        apart: dict[str, Mechanism] = {}
         for name, mechanism in found.items():
             if recording[name].held_out:
                 continue
             own = motion["episodes"][name]
             rows = slice(None, None, max(1, len(own["q"]) // 200))
-            q, v, a = (own[key][rows] for key in ("q", "v", "a"))
-            regressors = mechanism.regressors(q, v, a, derivatives=False)
-            pairs = [
-                pair for pair, share in touching_bodies(mechanism, q).items() if share > MIN_TOUCHING_SHARE
-            ]
-            if pairs and _contacts_dominate(regressors):
-                found = _load(recording, folder, mjcf, contacts=False)
-                return EpisodeMechanisms(found, [_warning(pairs)], on_drive)
+            at = [own[key][rows] for key in ("q", "v", "a")]
+            pairs = list(touching_bodies(mechanism, at[0]))
+            if not pairs:
+                continue
+            apart = apart or _load(recording, folder, mjcf, contacts=False)
+            efforts = [each[name].regressors(*at, derivatives=False).effort for each in (found, apart)]
+            signals = [read_signals(recording, name, joint, own["t"][rows]) for joint in recording.joints]
+            if _contradicts_contacts(efforts, signals, at):
+                return EpisodeMechanisms(apart, [_warning(pairs)], on_drive)
     return EpisodeMechanisms(found, [], on_drive)
 
 
@@ -203,16 +203,41 @@ def model_folder(recording: JointRecording) -> Iterator[Path]:
         yield Path(temporary)
 
 
-def _contacts_dominate(found: Regressors) -> bool:
-    """Whether limits and contacts are most of the effort of a joint."""
-    constraint, effort = (np.sqrt(np.mean(each**2, axis=0)) for each in (found.constraint, found.effort))
-    return bool(np.any(constraint > MAX_CONTACT_SHARE * np.maximum(effort, 1e-12)))
+def _contradicts_contacts(
+    efforts: Sequence[NDArray[np.float64]],
+    signals: Sequence[JointSignals],
+    at: Sequence[NDArray[np.float64]],
+) -> bool:
+    """Whether a joint's drive agrees better with the effort without contacts, where contacts dominate it.
+
+    `efforts` are those of the model with and without contacts, `at` positions, velocities and accelerations.
+    """
+    touching, apart = efforts
+    size = np.sqrt(np.mean(touching**2, axis=0))
+    contact = np.sqrt(np.mean((touching - apart) ** 2, axis=0))
+    dominated = np.flatnonzero(contact > MAX_CONTACT_SHARE * np.maximum(size, 1e-12)).tolist()
+    return any(
+        _unexplained_share(touching[:, j], signals[j], at, j)
+        > _unexplained_share(apart[:, j], signals[j], at, j)
+        for j in dominated
+    )
+
+
+def _unexplained_share(
+    effort: NDArray[np.float64], signal: JointSignals, at: Sequence[NDArray[np.float64]], j: int
+) -> float:
+    """Return the share of an effort that the drive, velocity and acceleration of the joint do not explain."""
+    q, v, a = at
+    drive = signal.command - q[:, j] if signal.drive == "target" else signal.command
+    columns = np.column_stack([drive, v[:, j], a[:, j], np.ones_like(drive)])
+    residual = effort - columns @ np.linalg.lstsq(columns, effort)[0]
+    return float(np.var(residual)) / max(float(np.var(effort)), 1e-300)
 
 
 def _warning(pairs: list[tuple[str, str]]) -> str:
     listed = ", ".join(f"{first} and {second}" for first, second in pairs)
     return (
-        f"the model's bodies {listed} overlap, and their contacts would dominate the effort: contacts "
+        f"the model's bodies {listed} touch at the recorded positions, which the drives contradict: contacts "
         "between bodies are ignored; exclude the pairs in the model if the real links do not touch"
     )
 
