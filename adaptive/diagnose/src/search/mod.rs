@@ -100,8 +100,8 @@ impl Searcher<'_> {
         let searcher = Searcher { engine: &*engine_for_effects, regions: &regions, ..*self };
         let mut models = vec![base.clone()];
         searcher.add_single_effects(&base, &mut models)?;
-        searcher.search_softened(&base, &mut models)?;
-        searcher.add_effects(&base, &mut models)?;
+        let improved = searcher.search_softened(&base, &mut models)?;
+        searcher.add_effects(&base, &improved, &mut models)?;
         let has_large_residual = !models[0].added.is_empty()
             && verdict_of(&*engine_for_effects, before, &base, &models[0])?.0 == Verdict::Unexplained;
         if !has_large_residual {
@@ -120,15 +120,24 @@ impl Searcher<'_> {
         self.fit_new("single effects", jobs, MAX_FIRST_KINDS, models)
     }
 
-    /// Models with one effect, unless there are some, and with more while the data demand it; best first.
-    fn add_effects(&self, base: &FittedModel, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    /// Models with one effect, unless there are some, and with more while the data demand it; best first. `improved` is
+    /// the model on which the best one with several effects improved.
+    ///
+    /// Where the misfit is large or a random-walk wrench softens it, no further effect is sought after one without a
+    /// material gain: most fits stop far from their optimum, and the walk of the next round is smaller.
+    fn add_effects(
+        &self,
+        base: &FittedModel,
+        improved: &FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> Result<(), InferError> {
         if models.iter().all(|t| t.added.is_empty()) {
             self.add_single_effects(base, models)?;
         }
         self.backfit_shapes(models)?;
         self.fit_simpler_laws(models)?;
         self.fit_refinements(models)?;
-        let (mut before, mut without_gain) = (base.clone(), 0);
+        let (mut before, mut without_gain) = (improved.clone(), 0);
         for size in models[0].added.len()..MAX_EFFECTS {
             let best = models[0].clone();
             if best.added.is_empty()
@@ -138,7 +147,8 @@ impl Searcher<'_> {
                 break;
             }
             without_gain = if self.is_material_gain(&before, &best)? { 0 } else { without_gain + 1 };
-            if without_gain > LOOK_AHEAD {
+            let is_large = self.is_softened || self.engine.softened(&best)?.is_some();
+            if without_gain > if is_large { 0 } else { LOOK_AHEAD } {
                 break;
             }
             if size == 1 {
@@ -279,7 +289,11 @@ impl Searcher<'_> {
     ///
     /// The last effect must have gained its [`fair_share`] of the previous lack of fit. If the remaining lack of fit
     /// is not significant, it must have improved the predictions by a material share.
-    fn is_material_gain(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
+    pub(super) fn is_material_gain(
+        &self,
+        before: &FittedModel,
+        best: &FittedModel,
+    ) -> Result<bool, InferError> {
         if before.added.is_empty() {
             return Ok(true);
         }

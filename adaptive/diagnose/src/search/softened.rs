@@ -33,43 +33,53 @@ impl Searcher<'_> {
     }
 
     /// Search models with a random-walk wrench, until the misfit of the best model is moderate without it or no further
-    /// effect is found.
+    /// effect is found. Returns the model on which the best one improved.
     pub(super) fn search_softened(
         &self,
         base: &FittedModel,
         models: &mut Vec<FittedModel>,
-    ) -> Result<(), InferError> {
+    ) -> Result<FittedModel, InferError> {
         // Not needed if a single effect explains the misfit.
         if self.engine.softened(&models[0])?.is_none() {
-            return Ok(());
+            return Ok(base.clone());
         }
         let mut found = vec![base.clone()];
-        self.repeat_softened(base, &mut found)?;
+        let improved = self.repeat_softened(base, &mut found)?;
         insert_models(models, found);
-        Ok(())
+        Ok(improved)
     }
 
-    /// Search with a smaller and smaller random-walk wrench, until the best model needs none or stays the same.
-    fn repeat_softened(&self, base: &FittedModel, models: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    /// Search with a smaller and smaller random-walk wrench, until the best model needs none, stays the same or has no
+    /// material gain. Returns the best model before the last round.
+    fn repeat_softened(
+        &self,
+        base: &FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> Result<FittedModel, InferError> {
+        let mut improved = base.clone();
         for _ in 0..MAX_EFFECTS {
-            let best = kinds(&models[0].added);
-            let Some(softened) = self.engine.softened(&models[0])? else { return Ok(()) };
+            let best = models[0].clone();
+            let Some(softened) = self.engine.softened(&best)? else { break };
             let searcher = Searcher { engine: &*softened, is_softened: true, ..*self };
             let jobs = models.iter().map(|fitted| refit_job(fitted, base)).collect();
             let mut found = vec![];
             searcher.fit_all("effects and a random-walk wrench", jobs, &mut found)?;
-            let Some(nominal) = found.iter().find(|t| t.added.is_empty()).cloned() else { return Ok(()) };
-            searcher.add_effects(&nominal, &mut found)?;
+            let Some(nominal) = found.iter().find(|t| t.added.is_empty()).cloned() else { break };
+            searcher.add_effects(&nominal, &nominal, &mut found)?;
             let best_of_size =
                 |size: usize| found.iter().filter(move |t| t.added.len() == size).take(MAX_FIRST_KINDS);
             let jobs: Vec<Job> =
                 (1..=MAX_EFFECTS).flat_map(best_of_size).map(|t| refit_job(t, base)).collect();
             let count = jobs.len();
             self.fit_promising("effects without a random-walk wrench", jobs, count, models)?;
-            if kinds(&models[0].added) == best {
-                return Ok(());
+            if kinds(&models[0].added) == kinds(&best.added) {
+                break;
+            }
+            improved = best;
+            if !self.is_material_gain(&improved, &models[0])? {
+                break;
             }
         }
-        Ok(())
+        Ok(improved)
     }
 }
