@@ -17,7 +17,7 @@ __all__ = ["Execution"]
 
 @dataclass(frozen=True)
 class Execution:
-    """Options of the commands `compare` and `paper`.
+    """Options of the commands that run an experiment.
 
     Attributes
     ----------
@@ -42,9 +42,12 @@ class Execution:
     redraw: bool = False
     quiet: bool = False
 
-    def run(self, name: str, label: str, units: Sequence[Unit]) -> list[Any]:
-        """Run the units of an experiment that have no result, and return the results of all, in order."""
+    def run(self, name: str, label: str, units: Sequence[Unit], version: str | None = None) -> list[Any]:
+        """Run the units of an experiment that have no result, and return the results of all, in order.
+
+        `version` is that of the code on which they depend, by default of the whole package.
+        """
         store = self.work / name
         if self.fresh:
             shutil.rmtree(store, ignore_errors=True)
-        return Runner(store, versions.of_package(), self.backend, self.quiet).run(label, units)
+        return Runner(store, version or versions.of_package(), self.backend, self.quiet).run(label, units)

@@ -12,9 +12,10 @@ import pytest
 from trundle import TrundleError
 from trundle.cli import main
 from trundle.experiments.comparison import episode
+from trundle.experiments.execution import Execution
 from trundle.experiments.search import config
 from trundle.experiments.search.ranges import Range, Search, assigned
-from trundle.experiments.search.run import Options, search
+from trundle.experiments.search.run import search
 from trundle.settings import SettingsError
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -45,6 +46,10 @@ def written(folder: Path, text: str = TINY) -> Path:
     path = folder / "tiny.toml"
     path.write_text(text)
     return path
+
+
+def execution(out: Path) -> Execution:
+    return Execution(out / "work", out, quiet=True)
 
 
 def draws(one: Range, count: int = 400) -> Any:
@@ -151,7 +156,7 @@ def test_a_search_compares_all_trials_in_the_same_worlds(
 
 def test_an_interrupted_search_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = written(tmp_path)
-    search(path, Options(tmp_path / "whole", quiet=True))
+    search(path, execution(tmp_path / "whole"))
     played = []
     play = episode.play
 
@@ -163,8 +168,8 @@ def test_an_interrupted_search_continues(tmp_path: Path, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(episode, "play", count)
     with pytest.raises(KeyboardInterrupt):
-        search(path, Options(tmp_path / "parts", quiet=True))
-    search(path, Options(tmp_path / "parts", quiet=True))
+        search(path, execution(tmp_path / "parts"))
+    search(path, execution(tmp_path / "parts"))
     assert len(played) == 4 * 2 + 1
     assert results(tmp_path / "whole") == results(tmp_path / "parts")
 

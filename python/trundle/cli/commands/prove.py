@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from pathlib import Path
 
 from trundle._optional import require
-from trundle.cli.options import add_backend, add_quiet, select_backend
+from trundle.cli.options import add_backend, add_quiet, select_execution
 from trundle.cli.paths import Input, Output, declare
 
 HELP = "Run a blind benchmark: hide effects in recordings of other simulators, diagnose, and score."
@@ -80,16 +79,11 @@ def run(args: argparse.Namespace) -> int:
     text = prove(
         args.config,
         args.range,
-        args.work or Path(tempfile.gettempdir()) / "trundle-prove",
-        args.out,
-        backend=select_backend(args),
+        select_execution(args, "prove", args.out),
         limits=args.limits,
         leave_out=args.leave_one_out,
         after_design=args.after_design,
         shares=args.shares,
-        fresh=args.fresh,
-        redraw=args.redraw,
-        quiet=args.quiet,
     )
     print(text)
     return 0

@@ -69,11 +69,13 @@ def run(args: argparse.Namespace) -> int:
 
 def run_search(args: argparse.Namespace) -> int:
     """Run a random search and print its page."""
-    from trundle.experiments.search.run import Options, search
+    from trundle.experiments.execution import Execution
+    from trundle.experiments.search.run import search
 
     if args.seed:
         raise ValueError("--seed: not allowed with --search; [search] in CONFIG has its own seed")
-    print(search(args.config, Options(args.out, select_backend(args), args.device, args.quiet)))
+    execution = Execution(args.out / "work", args.out, select_backend(args), quiet=args.quiet)
+    print(search(args.config, execution, args.device))
     return 0
 
 

@@ -9,7 +9,6 @@ from typing import Any, Literal
 
 import trundle
 from trundle.experiments import versions
-from trundle.experiments.backends import Backend
 from trundle.experiments.blind.diagnose import diagnose_case
 from trundle.experiments.blind.follow_up import (
     extend_recording,
@@ -24,8 +23,9 @@ from trundle.experiments.blind.result_files import ResultFiles
 from trundle.experiments.blind.sealed import open_sealed, seal
 from trundle.experiments.blind.settings import Settings
 from trundle.experiments.blind.wide import generator as wide
+from trundle.experiments.execution import Execution
 from trundle.experiments.results import Row
-from trundle.experiments.runner import Runner, Unit
+from trundle.experiments.runner import Unit
 
 __all__ = ["Benchmark", "code_versions", "run_benchmark"]
 
@@ -39,29 +39,25 @@ class Benchmark:
     Attributes
     ----------
     settings : Settings
-    work : Path
-        Folder of recordings and finished units.
     files : ResultFiles
-    backend : Backend
+    execution : Execution
+        `recordings/` and finished units are in its folder `work`.
     limits : bool
         Measure detection limits instead of the main benchmark.
-    quiet : bool
     """
 
     settings: Settings
-    work: Path
     files: ResultFiles
-    backend: Backend
+    execution: Execution
     limits: bool = False
-    quiet: bool = False
 
     def recording(self, case: str) -> Path:
         """Folder of a case. Its name does not depend on the hidden effects."""
-        return self.work / "recordings" / case
+        return self.execution.work / "recordings" / case
 
     def run(self, label: str, version: str, units: Sequence[Unit]) -> list[Any]:
         """Run units whose results depend on a version of the code."""
-        return Runner(self.work / "units", version, self.backend, self.quiet).run(label, units)
+        return self.execution.run("units", label, units, version)
 
 
 def code_versions(settings: Settings) -> dict[str, str]:
@@ -155,7 +151,7 @@ def diagnose_follow_ups(
             "truth": known[case],
             "experiment": asked[case],
         }
-        folders = {"recording": benchmark.recording(case), "longer": benchmark.work / "longer"}
+        folders = {"recording": benchmark.recording(case), "longer": benchmark.execution.work / "longer"}
         units.append(Unit(f"{case}, {kind}", push_and_diagnose, arguments, folders))
     version = f"{versions.of_module('blind/follow_up')}-{head['code']['diagnosis']}"
     benchmark.files.write("_after", head, names, benchmark.run("pushing and diagnosing", version, units))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
-from trundle.experiments.backends import Backend
 from trundle.experiments.blind.benchmark import Benchmark, code_versions, run_benchmark
 from trundle.experiments.blind.page import write_page
 from trundle.experiments.blind.result_files import ResultFiles
 from trundle.experiments.blind.settings import Settings, read
+from trundle.experiments.execution import Execution
 from trundle.recording import TrundleError
 
 __all__ = ["prove"]
@@ -22,17 +23,12 @@ RESULT_FOLDERS = {"furniture": "proof", "wide": "wide", "mechanism": "mechanism"
 def prove(
     config: Path,
     which: str,
-    work: Path,
-    out: Path,
+    execution: Execution,
     *,
-    backend: Backend,
     limits: bool = False,
     leave_out: bool = False,
     after_design: bool = False,
     shares: int | None = None,
-    fresh: bool = False,
-    redraw: bool = False,
-    quiet: bool = False,
 ) -> str:
     """Run the unfinished part of a blind benchmark, and write its page.
 
@@ -42,22 +38,15 @@ def prove(
         Settings file.
     which : str
         A range of the file.
-    work : Path
-        Folder of recordings and finished units; an interrupted run continues from it.
-    out : Path
-        Folder of the page, of `proof/`, `wide/` or `mechanism/` (answers, sealed truth, costs), of `images/`.
-    backend : Backend
-        Where cases are drawn and diagnosed.
+    execution : Execution
+        Recordings are in its folder `work`. The page, `proof/`, `wide/` or `mechanism/` (answers, sealed
+        truth, costs) and `images/` are in its folder `out`. With `fresh` earlier results are discarded.
     limits, leave_out, after_design : bool
         Run detection limits instead of the main benchmark; also diagnose without the true effect; also
         simulate the pushes that diagnoses request. Only for furniture.
     shares : int, optional
         Largest number of shares to run: the first of those without results of this code version in `out`. By
         default all of them. Only for a range with shares.
-    fresh, redraw : bool
-        Discard earlier results; or only write the page.
-    quiet : bool
-        Show no progress.
 
     Returns
     -------
@@ -68,20 +57,22 @@ def prove(
     options = {"limits": limits, "leave-one-out": leave_out, "after-design": after_design}
     check_options(config, settings, options, shares)
     name = config.stem if which == "report" else f"{config.stem}_{which}"
-    folder = out / RESULT_FOLDERS[settings.generator]
+    folder = execution.out / RESULT_FOLDERS[settings.generator]
     files = {one: ResultFiles(folder, share_name(name, one)) for one in settings.parts()}
-    if not redraw:
-        part = work / (f"{config.stem}_{settings.parent}" + "_limits" * limits)
-        if fresh:
+    if not execution.redraw:
+        part = execution.work / (f"{config.stem}_{settings.parent}" + "_limits" * limits)
+        if execution.fresh:
             shutil.rmtree(part, ignore_errors=True)
-        waiting = [one for one in files if fresh or one.share is None or not is_done(one, files[one])]
+        waiting = [
+            one for one in files if execution.fresh or one.share is None or not is_done(one, files[one])
+        ]
         for one in waiting[:shares]:
             mine = ResultFiles(folder, f"{name}_limits") if limits else files[one]
-            if fresh:
+            if execution.fresh:
                 mine.remove("_without", "_after")
-            benchmark = Benchmark(one, part, mine, backend, limits, quiet)
+            benchmark = Benchmark(one, mine, replace(execution, work=part, fresh=False), limits)
             run_benchmark(benchmark, print_status, leave_out=leave_out, after_design=after_design)
-    return write_page(out, name, list(files.values()))
+    return write_page(execution.out, name, list(files.values()))
 
 
 def share_name(name: str, settings: Settings) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +13,12 @@ import numpy as np
 from trundle._optional import require
 from trundle.atomic import write_text
 from trundle.experiments import versions
-from trundle.experiments.backends import Backend, Local
 from trundle.experiments.comparison.config import Agent, Worlds
 from trundle.experiments.comparison.episode import play_unit
 from trundle.experiments.comparison.scores import is_untouched_success
+from trundle.experiments.execution import Execution
 from trundle.experiments.results import Row, rounded, write_lines
-from trundle.experiments.runner import Runner, Unit
+from trundle.experiments.runner import Unit
 from trundle.experiments.search.config import (
     TRIAL_SEED,
     AgentTuning,
@@ -31,39 +30,20 @@ from trundle.experiments.search.page import page
 from trundle.experiments.search.ranges import Search
 from trundle.experiments.training.settings import Settings
 
-__all__ = ["Options", "search"]
+__all__ = ["search"]
 
 
-@dataclass(frozen=True)
-class Options:
-    """How a search runs.
-
-    Attributes
-    ----------
-    out : Path
-        Folder of `search/`, and of `work/`, from which an interrupted search continues.
-    backend : Backend
-        Where trials run.
-    device : str
-        Device of PyTorch.
-    quiet : bool
-        Show no progress.
-    """
-
-    out: Path
-    backend: Backend = field(default_factory=Local)
-    device: str = "cpu"
-    quiet: bool = False
-
-
-def search(config: Path, options: Options) -> str:
+def search(config: Path, execution: Execution, device: str = "cpu") -> str:
     """Run the trials that have no result, and write `search/NAME.md`, `.jsonl` and `_costs.json`.
 
     Parameters
     ----------
     config : Path
         File of a training with a table `[search]`, or of the adaptive agent.
-    options : Options
+    execution : Execution
+        `search/` is in its folder `out`.
+    device : str
+        Device of PyTorch.
 
     Returns
     -------
@@ -77,15 +57,15 @@ def search(config: Path, options: Options) -> str:
     """
     settings, given, table = read(config)
     if isinstance(settings, AgentTuning):
-        found = agent_rows(config, settings, options)
+        found = agent_rows(config, settings, execution)
     else:
         require("stable_baselines3", "rl", "trainings")
         require("sb3_contrib", "rl", "trainings")
-        found = training_rows(table, settings, given, options)
+        found = training_rows(table, settings, given, execution, device)
     rows = [{"trial": trial, "values": given.values(trial), **row} for trial, row in enumerate(found)]
     costs = [row.pop("cost_seconds") for row in rows]
     text = page(config, settings, given, rounded(rows))
-    file = options.out / "search" / settings.name
+    file = execution.out / "search" / settings.name
     spending = json.dumps({"cpu_seconds": rounded(costs)})
     write_lines(file.with_suffix(".jsonl"), rounded(rows))
     write_text(file.with_name(f"{settings.name}_costs.json"), spending + "\n")
@@ -93,19 +73,15 @@ def search(config: Path, options: Options) -> str:
     return text
 
 
-def run_units(name: str, units: Sequence[Unit], options: Options) -> list[Any]:
-    """Return the results of units."""
-    store = options.out / "work" / f"{name}_search" / "units"
-    return Runner(store, versions.of_package(), options.backend, options.quiet).run(name, units)
-
-
-def training_rows(table: dict[str, Any], settings: Settings, given: Search, options: Options) -> list[Row]:
+def training_rows(
+    table: dict[str, Any], settings: Settings, given: Search, execution: Execution, device: str
+) -> list[Row]:
     """Return the results of the trainings of all trials."""
     from trundle.experiments.search.trial import training_trial
 
     # A finished training is not repeated, so that trainings of other code need another folder.
-    folder = options.out / "work" / f"{settings.name}_search" / versions.of_package()
-    common = {"seed": TRIAL_SEED, "device": options.device}
+    folder = execution.work / f"{settings.name}_search" / versions.of_package()
+    common = {"seed": TRIAL_SEED, "device": device}
     units = [
         Unit(
             f"trial {trial}",
@@ -115,12 +91,12 @@ def training_rows(table: dict[str, Any], settings: Settings, given: Search, opti
         )
         for trial in range(given.trials + 1)
     ]
-    found = run_units(settings.name, units, options)
+    found = execution.run(f"{settings.name}_search/units", settings.name, units)
     costs = [one.pop("cost") for one in found]
     return [{**one, "cost_seconds": cost["cpu_seconds"]} for one, cost in zip(found, costs, strict=True)]
 
 
-def agent_rows(config: Path, tuning: AgentTuning, options: Options) -> list[Row]:
+def agent_rows(config: Path, tuning: AgentTuning, execution: Execution) -> list[Row]:
     """Return the results of the episodes of all trials. All trials have the same worlds."""
     given = tuning.search
     worlds = Worlds("", tuning.env, given.first, given.episodes, [], tuning.env_kwargs).identity
@@ -130,7 +106,7 @@ def agent_rows(config: Path, tuning: AgentTuning, options: Options) -> list[Row]
         for seed in given.worlds:
             arguments = {"worlds": worlds, "agent": agent, "seed": seed, "digest": None}
             units.append(Unit(f"trial {trial}, seed {seed}", play_unit, arguments))
-    found = run_units(tuning.name, units, options)
+    found = execution.run(f"{tuning.name}_search/units", tuning.name, units)
     trials = [found[start : start + given.episodes] for start in range(0, len(found), given.episodes)]
     return [agent_row(trial, trials[0]) for trial in trials]
 
