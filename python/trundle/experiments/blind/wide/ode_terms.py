@@ -191,7 +191,7 @@ def bouc_wen_spring(values: Values, context: Context, trait: InertialProperties)
     return bristles(2, act)
 
 
-def tether(values: Values, context: Context, trait: InertialProperties) -> Force:
+def tether(values: Values, context: Context, trait: InertialProperties) -> Term:
     """Return a cable that is slack below its rest length."""
     (x, y), (ax, ay) = values["point"], values["anchor"]
 
@@ -203,10 +203,10 @@ def tether(values: Values, context: Context, trait: InertialProperties) -> Force
         fx, fy = pull * dx, pull * dy
         return fx, fy, rx * fy - ry * fx
 
-    return force
+    return stateless(force)
 
 
-def obstacle(values: Values, context: Context, trait: InertialProperties) -> Force:
+def obstacle(values: Values, context: Context, trait: InertialProperties) -> Term:
     """Return a round post as a spring with a dashpot."""
     outline = OutlineDistance(context.scene.shape)
     (px, py), radius, mu = values["place"], values["radius"], values["friction"]
@@ -227,10 +227,10 @@ def obstacle(values: Values, context: Context, trait: InertialProperties) -> For
         fx, fy = -normal * nx + side * ny, -normal * ny - side * nx
         return fx, fy, rx * fy - ry * fx
 
-    return force
+    return stateless(force)
 
 
-def patch(values: Values, context: Context, trait: InertialProperties) -> Force:
+def patch(values: Values, context: Context, trait: InertialProperties) -> Term:
     """Return a carpet that drags every foot, or corner, on it."""
     feet = context.scene.friction_points.tolist()
     c, s = math.cos(values["angle"]), math.sin(values["angle"])
@@ -245,10 +245,10 @@ def patch(values: Values, context: Context, trait: InertialProperties) -> Force:
                 fx, fy, torque = fx + gx, fy + gy, torque + rx * gy - ry * gx
         return fx, fy, torque
 
-    return force
+    return stateless(force)
 
 
-def slope(values: Values, context: Context, trait: InertialProperties) -> Force:
+def slope(values: Values, context: Context, trait: InertialProperties) -> Term:
     """Return gravity's component along the floor, at the mass centre."""
 
     def force(t: float, at: Kinematics) -> Wrench:
@@ -257,10 +257,10 @@ def slope(values: Values, context: Context, trait: InertialProperties) -> Force:
         fx, fy = mass * values["accel_x"], mass * values["accel_y"]
         return fx, fy, rx * fy - ry * fx
 
-    return force
+    return stateless(force)
 
 
-def grain(values: Values, context: Context, trait: InertialProperties) -> Force:
+def grain(values: Values, context: Context, trait: InertialProperties) -> Term:
     """Return a drag on the origin along one direction of the room."""
     c, s = math.cos(values["angle"]), math.sin(values["angle"])
 
@@ -268,7 +268,7 @@ def grain(values: Values, context: Context, trait: InertialProperties) -> Force:
         drag = -values["mu"] * (c * at.vx + s * at.vy)
         return drag * c, drag * s, 0.0
 
-    return force
+    return stateless(force)
 
 
 def com_offset(values: Values, context: Context, trait: InertialProperties) -> None:
@@ -301,30 +301,28 @@ def wheel_event(values: Values, context: Context, trait: InertialProperties) -> 
     trait.wheel_factors.append(lambda t: factors if after(t) else (1.0, 1.0))
 
 
-FORCES: dict[str, Callable[[Values, Context, InertialProperties], Force]] = {
+TERMS: dict[str, Callable[[Values, Context, InertialProperties], Term | list[Term] | None]] = {
+    "axis_friction": joint_friction,
+    "caster_swivel": caster_tyre,
+    "com_offset": com_offset,
+    "coulomb_friction": coulomb,
     "floor_grain": grain,
     "floor_patch": patch,
     "floor_slope": slope,
-    "obstacle_contact": obstacle,
-    "tether": tether,
-}
-TERMS: dict[str, Callable[[Values, Context, InertialProperties], Term]] = {
-    "axis_friction": joint_friction,
-    "caster_swivel": caster_tyre,
     "hysteretic_spring": bouc_wen_spring,
-    "second_wheel": lambda values, context, trait: wheel_term(Wheel(**values)),
-    "swinging_load": sprung_load,
-}
-CHANGES: dict[str, Callable[[Values, Context, InertialProperties], None]] = {
-    "com_offset": com_offset,
     "leaking_load": lambda v, context, trait: trait.factors.append(lambda t: remaining_mass(context, v, t)),
     "mass_change": mass_change,
     "mass_spread": mass_spread,
+    "obstacle_contact": obstacle,
+    "second_wheel": lambda values, context, trait: wheel_term(Wheel(**values)),
+    "swinging_load": sprung_load,
+    "tether": tether,
     "warming_wheel": lambda v, context, trait: trait.wheel_factors.append(
         lambda t: (warming_factor(v, t),) * 2
     ),
     "wheel_event": wheel_event,
 }
+"""Functions by family that return terms, or change the inertial properties."""
 
 
 def make_terms(one: HiddenEffect, scene: Scene, episode: int, trait: InertialProperties) -> list[Term]:
@@ -336,12 +334,5 @@ def make_terms(one: HiddenEffect, scene: Scene, episode: int, trait: InertialPro
     law = family.force
     if law is not None:
         return [stateless(lambda t, at: law(context, values, t, at))]
-    if family.name == "coulomb_friction":
-        return coulomb(values, context, trait)
-    if family.name in FORCES:
-        return [stateless(FORCES[family.name](values, context, trait))]
-    if family.name in TERMS:
-        return [TERMS[family.name](values, context, trait)]
-    if family.name in CHANGES:
-        CHANGES[family.name](values, context, trait)
-    return []
+    found = TERMS[family.name](values, context, trait) if family.name in TERMS else None
+    return found if isinstance(found, list) else [found] if found is not None else []
