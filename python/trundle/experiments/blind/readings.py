@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trundle.experiments.blind.outline import CELL_SIZE_M
+from trundle.experiments.blind.outline import CELL_SIZE_M, to_world
 from trundle.experiments.blind.push import CONTACT_TIME_S, Grasp
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.sampling import Floats
@@ -80,17 +80,12 @@ def step_averages(forces: Floats) -> Floats:
 
 def gripper_poses(pose: Floats, grasp: Grasp) -> Floats:
     """Return the poses of the gripper on an object at `pose` (n, 3)."""
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    x = pose[:, 0] + c * grasp.x - s * grasp.y
-    y = pose[:, 1] + s * grasp.x + c * grasp.y
-    return np.column_stack([x, y, pose[:, 2] + grasp.angle])
+    return np.column_stack([to_world(np.array([grasp.x, grasp.y]), pose), pose[:, 2] + grasp.angle])
 
 
 def world_friction_points(scene: Scene, path: Floats) -> Floats:
     """Return the world positions (n, m, 2) of the points with floor friction along a path (n, 3)."""
-    c, s = np.cos(path[:, 2])[:, None], np.sin(path[:, 2])[:, None]
-    x, y = scene.friction_points.T
-    return np.stack([path[:, :1] + c * x - s * y, path[:, 1:2] + s * x + c * y], axis=2)
+    return np.stack([to_world(point, path) for point in scene.friction_points], axis=1)
 
 
 def visited_cells(scene: Scene, paths: Sequence[Floats]) -> list[list[int]]:

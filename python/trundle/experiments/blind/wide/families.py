@@ -15,6 +15,7 @@ from trundle.experiments.blind.outline import to_world
 from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Scene, Wheel, draw_training_episode
+from trundle.experiments.blind.wide.measurement import rotated
 from trundle.experiments.blind.wide.scene import REFERENCE_WHEEL_MASS_KG
 from trundle.experiments.sampling import Floats
 
@@ -97,10 +98,7 @@ def add_inertia(seen: Readings, context: Context, values: Values) -> Readings:
     at, rate = seen.gripper[:, :2], np.zeros((len(seen.t), 2))
     rate[1:-1] = (at[2:] - 2 * at[1:-1] + at[:-2]) / step**2
     rate[~moving] = 0.0
-    c, s = np.cos(seen.gripper[:, 2]), np.sin(seen.gripper[:, 2])
-    along = values["mass"] * np.column_stack(
-        [c * rate[:, 0] + s * rate[:, 1], c * rate[:, 1] - s * rate[:, 0]]
-    )
+    along = values["mass"] * np.column_stack(rotated(rate, -seen.gripper[:, 2]))
     return seen.changed(wrench=seen.wrench + np.column_stack([along, np.zeros(len(along))]))
 
 

@@ -70,9 +70,8 @@ def grid_readings(
     """
     grid = episode_grid(scene.seconds[episode])
     poses, grippers, world = (interpolate(t, values, grid) for values in (pose, gripper, wrench))
-    c, s = np.cos(grippers[:, 2]), np.sin(grippers[:, 2])
-    fx, fy = c * world[:, 0] + s * world[:, 1], c * world[:, 1] - s * world[:, 0]
-    reading, before = np.column_stack([fx, fy, world[:, 2]]), grid < CONTACT_TIME_S
+    reading = np.column_stack([*rotated(world, -grippers[:, 2]), world[:, 2]])
+    before = grid < CONTACT_TIME_S
     reading[before] = 0.0
     grasp = scene.pushes[episode].grasp
     grippers[before] = gripper[0] if scene.strokes else gripper_poses(pose[None, 0], grasp)[0]
@@ -171,5 +170,4 @@ def in_frame(wrench: Floats, pose: Floats, gripper: Floats, instrument: Instrume
         rx, ry = gripper[:, 0] - pose[:, 0], gripper[:, 1] - pose[:, 1]
         torque = torque + rx * fy - ry * fx
     turn = {"sensor": gripper[:, 2], "object": pose[:, 2], "world": np.zeros(len(pose))}[instrument.frame]
-    c, s = np.cos(turn), np.sin(turn)
-    return np.column_stack([c * fx + s * fy, c * fy - s * fx, torque])
+    return np.column_stack([*rotated(np.column_stack([fx, fy]), -turn), torque])
