@@ -13,9 +13,9 @@ pytest.importorskip("mujoco")
 from trundle.experiments.blind.mechanism.families import CATALOGUE, drooping_drive
 from trundle.experiments.blind.mechanism.family import HiddenEffect
 from trundle.experiments.blind.mechanism.generator import (
+    FAMILIES,
     allowed_sources,
     draw_effects,
-    get_family,
     statistics,
 )
 from trundle.experiments.blind.mechanism.measurement import record
@@ -77,7 +77,7 @@ def test_hidden_effects_change_what_is_recorded(engine: str, name: str, tmp_path
     bare = simulate(engine, scene, [])
     assert bare is not None
     seen = statistics(bare)
-    family = get_family(name)
+    family = FAMILIES[name]
     values = family.draw(np.random.default_rng(1), scene, seen, 1)
     assert values is not None
     hidden = [HiddenEffect(family, {"joint": 1, **values})]
@@ -126,7 +126,7 @@ def test_a_drooping_drive_never_exerts_less_for_a_larger_command() -> None:
 
 
 def test_a_spring_and_a_bias_are_hidden_at_different_joints() -> None:
-    families = [get_family(name) for name in ("joint_spring", "effort_bias")]
+    families = [FAMILIES[name] for name in ("joint_spring", "effort_bias")]
     scene = scene_of("planar_arm")
     bare = simulate("lugre", scene, [])
     assert bare is not None

@@ -13,8 +13,7 @@ import trundle
 pytest.importorskip("mujoco")
 
 from trundle.experiments.blind.mechanism import wheels
-from trundle.experiments.blind.mechanism.robot_sets import robots_of
-from trundle.experiments.blind.mechanism.wheels import WheelRobot, read_robots
+from trundle.experiments.blind.mechanism.wheels import WheelRobot, read_robots, robots_of
 from trundle.experiments.blind.settings import read
 from trundle.mechanism import Mechanism
 

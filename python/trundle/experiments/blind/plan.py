@@ -13,7 +13,7 @@ from trundle.experiments.blind.mechanism.generator import allowed_sources
 from trundle.experiments.blind.mechanism.simulation import ENGINES as MECHANISM_ENGINES
 from trundle.experiments.blind.scene import ENGINES
 from trundle.experiments.blind.settings import Settings
-from trundle.experiments.blind.wide.families import get_family
+from trundle.experiments.blind.wide.families import FAMILIES
 
 __all__ = ["plan_cases", "plan_limits"]
 
@@ -61,7 +61,7 @@ def engine_of(generator: str, names: Names, number: int) -> str:
     if generator == "mechanism":
         return list(MECHANISM_ENGINES)[number % len(MECHANISM_ENGINES)]
     wanted = ENGINES[number % len(ENGINES)]
-    return wanted if all(wanted in get_family(name).engines for name in names) else "mujoco"
+    return wanted if all(wanted in FAMILIES[name].engines for name in names) else "mujoco"
 
 
 def furniture_sets(rng: np.random.Generator, settings: Settings) -> list[Names]:

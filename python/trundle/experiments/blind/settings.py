@@ -11,7 +11,7 @@ from trundle.experiments.blind import families
 from trundle.experiments.blind.furniture.families import OUT_OF_CATALOGUE as FURNITURE_OUT_OF_CATALOGUE
 from trundle.experiments.blind.mechanism import families as mechanism_families
 from trundle.experiments.blind.mechanism.outside import OUT_OF_CATALOGUE as MECHANISM_OUT_OF_CATALOGUE
-from trundle.experiments.blind.mechanism.robot_sets import ROBOT_SETS
+from trundle.experiments.blind.mechanism.wheels import ROBOT_SETS
 from trundle.experiments.blind.wide.families import OUT_OF_CATALOGUE as WIDE_OUT_OF_CATALOGUE
 from trundle.recording import TrundleError
 from trundle.settings import build_settings, parse

@@ -15,27 +15,23 @@ from trundle.experiments.blind.mechanism.family import Family, HiddenEffect, Sta
 from trundle.experiments.blind.mechanism.measurement import record
 from trundle.experiments.blind.mechanism.oracle import effort_misfits
 from trundle.experiments.blind.mechanism.outside import OUT_OF_CATALOGUE
-from trundle.experiments.blind.mechanism.robot_sets import robots_of
 from trundle.experiments.blind.mechanism.scene import SOURCES, Scene, draw_scene
 from trundle.experiments.blind.mechanism.simulation import Motion, simulate
+from trundle.experiments.blind.mechanism.wheels import robots_of
 from trundle.experiments.blind.sealed import folder_digest
 from trundle.recording import TrundleError
 
-__all__ = ["allowed_sources", "draw", "get_family"]
+__all__ = ["FAMILIES", "allowed_sources", "draw"]
 
 SCENE_STREAM, EFFECT_STREAM = 21, 22
+FAMILIES = {**CATALOGUE, **OUT_OF_CATALOGUE}
 SPRING_AND_BIAS = ("joint_spring", "effort_bias")
 """Both together at one joint equal a spring with another position at rest."""
 
 
-def get_family(name: str) -> Family:
-    """Return a family of the catalogue or out of it."""
-    return CATALOGUE[name] if name in CATALOGUE else OUT_OF_CATALOGUE[name]
-
-
 def allowed_sources(names: Sequence[str]) -> tuple[str, ...]:
     """Return the sources of effort with which families can be hidden together."""
-    return tuple(one for one in SOURCES if all(one in get_family(name).sources for name in names))
+    return tuple(one for one in SOURCES if all(one in FAMILIES[name].sources for name in names))
 
 
 def draw(planned: Values, options: Values, folder: Path) -> dict[str, Any]:
@@ -46,7 +42,7 @@ def draw(planned: Values, options: Values, folder: Path) -> dict[str, Any]:
     Effects must show in the training and in the held-out episodes.
     """
     names, seed, engine = tuple(planned["names"]), planned["seed"], planned["engine"]
-    families = [get_family(name) for name in names]
+    families = [FAMILIES[name] for name in names]
     robots = robots_of(options.get("robots", ("own",)))
     common = {"case": planned["case"], "names": list(names), "seed": seed, "engine": engine}
     tried: list[Values] = []

