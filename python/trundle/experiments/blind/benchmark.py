@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -67,13 +68,7 @@ def code_versions(settings: Settings) -> dict[str, str]:
     return {"generator": generator, "diagnosis": versions.of_diagnosis(kind)}
 
 
-def run_benchmark(
-    benchmark: Benchmark,
-    tell: Callable[[str], object],
-    *,
-    leave_out: bool = False,
-    after_design: bool = False,
-) -> None:
+def run_benchmark(benchmark: Benchmark, *, leave_out: bool = False, after_design: bool = False) -> None:
     """Run the units without a result, and write the results.
 
     The sealed truth is opened after all first diagnoses are finished.
@@ -82,7 +77,7 @@ def run_benchmark(
     truths = draw_all(benchmark)
     sha = seal(files.sealed, settings.plain(), truths)
     digests = {case: one["digest"] for case, one in truths.items() if one["digest"] is not None}
-    tell(f"{len(digests)} of {len(truths)} cases drawn; answers sealed, SHA-256 {sha}")
+    print_status(f"{len(digests)} of {len(truths)} cases drawn; answers sealed, SHA-256 {sha}")
     head = {"settings": settings.plain(), "code": code_versions(settings), "sha256": sha}
     first = diagnose_all(benchmark, head, "", [(case, digests[case], {}) for case in digests])
     known = open_sealed(files.sealed, sha)
@@ -91,7 +86,12 @@ def run_benchmark(
         trials = [(case, digests[case], {"without": known[case]["names"][0]}) for case in alone]
         diagnose_all(benchmark, head, "_without", trials)
     if after_design:
-        diagnose_follow_ups(benchmark, head, first, known, tell)
+        diagnose_follow_ups(benchmark, head, first, known)
+
+
+def print_status(text: str) -> None:
+    """Print a status line to standard error."""
+    print(text, file=sys.stderr, flush=True)
 
 
 def draw_all(benchmark: Benchmark) -> dict[str, Row]:
@@ -125,13 +125,7 @@ def diagnose_all(
     return benchmark.files.write(part, head, names, found)
 
 
-def diagnose_follow_ups(
-    benchmark: Benchmark,
-    head: Row,
-    first: Sequence[Row],
-    known: dict[str, Row],
-    tell: Callable[[str], object],
-) -> None:
+def diagnose_follow_ups(benchmark: Benchmark, head: Row, first: Sequence[Row], known: dict[str, Row]) -> None:
     """Simulate each requested push, diagnose the longer recordings, and write the results.
 
     The request comes from the answer alone. Only the simulation uses the truth.
@@ -139,7 +133,7 @@ def diagnose_follow_ups(
     settings = benchmark.settings
     asked = {row["case"]: requested_experiment(row["answer"]) for row in first}
     asked = {case: experiment for case, experiment in asked.items() if experiment is not None}
-    tell(f"{len(asked)} answers request a push")
+    print_status(f"{len(asked)} answers request a push")
     names = [{"case": case, "push": kind} for case in asked for kind in push_kinds(settings.alike)]
     units = []
     for name in names:

@@ -70,26 +70,19 @@ def main(request: str) -> None:
     """Diagnose a folder and print a summary of the answer."""
     folder, limit, without, experiments = json.loads(request)
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
-    from trundle import TrundleError
+    import trundle
 
     # Standard input closes when the parent process ends.
     threading.Thread(target=end_with_parent, daemon=True).start()
     try:
-        answer = full_answer(Path(folder), without)
-    except TrundleError as error:
+        answer = trundle.diagnose(Path(folder), without=without).answer
+    except trundle.TrundleError as error:
         # The benchmark's folder must not appear in the answer.
         reason = str(error).replace(f"{Path(folder).parent}/", "")
         json.dump({"verdict": "refused", "reason": reason}, sys.stdout)
         return
     proposed = {"experiments": [*map(summarize_experiment, answer["experiments"])]} if experiments else {}
     json.dump({**summarize_answer(answer), **proposed}, sys.stdout)
-
-
-def full_answer(folder: Path, without: Sequence[str]) -> dict[str, Any]:
-    """Return the content of `diagnosis.json` of a recording of an object or of joints."""
-    import trundle
-
-    return dict(trundle.diagnose(folder, without=without).answer)
 
 
 def end_with_parent() -> None:

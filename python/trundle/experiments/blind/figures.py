@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trundle.experiments import figure_style
-from trundle.experiments.blind.score import is_right, named_probabilities, names_of, relative_gain
+from trundle.experiments.blind.score import (
+    hidden_label,
+    is_right,
+    named_probabilities,
+    names_of,
+    relative_gain,
+)
 from trundle.experiments.results import Row
 from trundle.experiments.sampling import Floats
 from trundle.experiments.statistics import Share, calibration, share
@@ -28,12 +34,10 @@ def confusion(path: Path, rows: Sequence[Row]) -> None:
     cells: dict[tuple[str, str], int] = {}
     for row in rows:
         if len(row["truth"]["names"]) <= 1:
-            key = (hidden_label(row), confusion_label(row["answer"], row["truth"]))
+            key = (hidden_label(row["truth"]), confusion_label(row["answer"], row["truth"]))
             cells[key] = cells.get(key, 0) + 1
-    order = {
-        name: k
-        for k, name in enumerate(dict.fromkeys(hidden_label(row) for row in sorted(rows, key=sort_key)))
-    }
+    labels_in_order = dict.fromkeys(label for _, label in sorted(sort_key(row["truth"]) for row in rows))
+    order = {name: k for k, name in enumerate(labels_in_order)}
     down = [name for name in order if any(key[0] == name for key in cells)]
     across = sorted({key[1] for key in cells}, key=lambda name: (order.get(name, 500), name))
     counts = np.array([[cells.get((a, b), 0) for b in across] for a in down], dtype=float)
@@ -55,15 +59,9 @@ def confusion_label(answer: Row, truth: Row) -> str:
     return next((true for true in truth["names"] if true in near), names[0])
 
 
-def hidden_label(row: Row) -> str:
-    """Return the hidden effects as one label."""
-    return " + ".join(row["truth"]["names"]) or "nothing"
-
-
-def sort_key(row: Row) -> tuple[int, str]:
-    """Sort key: effects of the catalogue, then out-of-catalogue families, then clean recordings."""
-    truth = row["truth"]
-    return (2 if not truth["names"] else 1 if truth["outside"] else 0, hidden_label(row))
+def sort_key(truth: Row) -> tuple[int, str]:
+    """Return effects of the catalogue first, then out-of-catalogue families, then clean recordings."""
+    return (2 if not truth["names"] else 1 if truth["outside"] else 0, hidden_label(truth))
 
 
 def reliability_diagram(path: Path, rows: Sequence[Row]) -> None:

@@ -76,11 +76,8 @@ def extend_recording(
 ) -> tuple[trundle.Recording, Row]:
     """Return a recording with one more training episode with its own noise, and the effort of the push."""
     number = len(scene.pushes)
-    pushes, seconds = (
-        (*scene.pushes, next_push(scene, kind, experiment)),
-        (*scene.seconds, EPISODE_DURATION_S),
-    )
-    longer = replace(scene, pushes=pushes, seconds=seconds)
+    push = next_push(scene, kind, experiment)
+    longer = replace(scene, pushes=(*scene.pushes, push), seconds=(*scene.seconds, EPISODE_DURATION_S))
     true = simulate(longer, hidden, number)
     tables = {**recording.episodes, f"episode_{number:02}": episode_table(longer, hidden, number, true)}
     return trundle.Recording(recording.metadata, tables), push_effort(true)

@@ -13,7 +13,7 @@ from trundle.experiments.blind.follow_up import (
     RANDOM_UNRESTRICTED,
     requested_experiment,
 )
-from trundle.experiments.blind.score import is_right, is_unambiguous, named_probabilities
+from trundle.experiments.blind.score import hidden_label, is_right, is_unambiguous, named_probabilities
 from trundle.experiments.markdown import table
 from trundle.experiments.results import Row
 from trundle.experiments.statistics import share
@@ -159,8 +159,8 @@ def efforts(cases: Sequence[Case]) -> str:
 def by_effect(cases: Sequence[Case]) -> str:
     """Return how often the correct name is alone, by hidden effect."""
     lines = []
-    for hidden in sorted({hidden_label(case) for case in cases}):
-        mine = [case for case in cases if hidden_label(case) == hidden]
+    for hidden in sorted({hidden_label(case[BEFORE]["truth"]) for case in cases}):
+        mine = [case for case in cases if hidden_label(case[BEFORE]["truth"]) == hidden]
         counts = [
             sum(is_unambiguous(case[kind]["answer"], case[kind]["truth"]) for case in mine)
             for kind in (BEFORE, *kinds_of(cases))
@@ -179,13 +179,8 @@ def all_cases(cases: Sequence[Case]) -> str:
         }
         push = f"{' or '.join(experiment['models'])}: `{experiment['pushes'][0]['profile']}`"
         answers = [answer_label(case[kind]["answer"]) for kind in (BEFORE, *kinds_of(cases))]
-        lines.append([case[BEFORE]["case"], hidden_label(case), push, *answers])
+        lines.append([case[BEFORE]["case"], hidden_label(case[BEFORE]["truth"]), push, *answers])
     return table(["case", "hidden effect", "request", "before", *kinds_of(cases)], lines)
-
-
-def hidden_label(case: Case) -> str:
-    """Return the hidden effects as one label."""
-    return " + ".join(case[BEFORE]["truth"]["names"]) or "nothing"
 
 
 def answer_label(answer: Row) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -58,7 +57,10 @@ def prove(
     check_options(config, settings, options, shares)
     name = config.stem if which == "report" else f"{config.stem}_{which}"
     folder = execution.out / RESULT_FOLDERS[settings.generator]
-    files = {one: ResultFiles(folder, share_name(name, one)) for one in settings.parts()}
+    files = {
+        one: ResultFiles(folder, name if one.share is None else f"{name}_{one.share:02}")
+        for one in settings.parts()
+    }
     if not execution.redraw:
         part = execution.work / (f"{config.stem}_{settings.parent}" + "_limits" * limits)
         if execution.fresh:
@@ -71,13 +73,8 @@ def prove(
             if execution.fresh:
                 mine.remove("_without", "_after")
             benchmark = Benchmark(one, mine, replace(execution, work=part, fresh=False), limits)
-            run_benchmark(benchmark, print_status, leave_out=leave_out, after_design=after_design)
+            run_benchmark(benchmark, leave_out=leave_out, after_design=after_design)
     return write_page(execution.out, name, list(files.values()))
-
-
-def share_name(name: str, settings: Settings) -> str:
-    """Return the prefix of the files of a range or a share."""
-    return name if settings.share is None else f"{name}_{settings.share:02}"
 
 
 def is_done(settings: Settings, files: ResultFiles) -> bool:
@@ -98,8 +95,3 @@ def check_options(config: Path, settings: Settings, options: dict[str, bool], sh
         raise TrundleError(
             f"--{given[0]} does not apply to a {settings.generator} benchmark, such as {config}"
         )
-
-
-def print_status(text: str) -> None:
-    """Print a status line to standard error."""
-    print(text, file=sys.stderr, flush=True)

@@ -16,6 +16,7 @@ __all__ = [
     "candidates",
     "case_group",
     "has_wrong_name",
+    "hidden_label",
     "is_at_right_place",
     "is_right",
     "is_unambiguous",
@@ -42,6 +43,11 @@ def case_group(truth: Row) -> str:
 def names_of(answer: Row) -> list[str]:
     """Return the named effects."""
     return [str(one["effect"]) for one in answer.get("missing", [])]
+
+
+def hidden_label(truth: Row) -> str:
+    """Return the hidden effects as one label."""
+    return " + ".join(truth["names"]) or "nothing"
 
 
 def max_tie(truth: Row) -> float:

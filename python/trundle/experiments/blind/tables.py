@@ -15,6 +15,7 @@ from trundle.experiments.blind.score import (
     candidates,
     case_group,
     has_wrong_name,
+    hidden_label,
     is_at_right_place,
     is_right,
     named_probabilities,
@@ -244,8 +245,7 @@ def wrong_answers(rows: Sequence[Row]) -> str:
         keys = ("robot", "source", "rate_class") if "robot" in truth else ("contact", "frame", "rate_class")
         how = ", ".join([truth["engine"], *(instrument[key] for key in keys)] if instrument else [])
         names = ", ".join(f"{one['effect']} {one['probability']:.2f}" for one in answer.get("missing", []))
-        hidden = " + ".join(truth["names"]) or "nothing"
-        lines.append([row["case"], hidden, how or "–", f"{answer['verdict']} {names}".strip()])
+        lines.append([row["case"], hidden_label(truth), how or "–", f"{answer['verdict']} {names}".strip()])
     return table(["case", "hidden effects", "recording", "answer"], lines) if lines else "None."
 
 
