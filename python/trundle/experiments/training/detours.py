@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 
 from trundle._native import ObstacleMap
 from trundle.envs.ids import task_of
 from trundle.envs.observation import Observation
 from trundle.envs.seen_outline import bounding_rectangle
+from trundle.experiments.sampling import Floats
 
 __all__ = ["DetourWrapper"]
-
-Floats: TypeAlias = NDArray[np.float64]
 
 
 class DetourWrapper(VecEnvWrapper):  # type: ignore[misc]

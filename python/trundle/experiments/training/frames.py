@@ -11,16 +11,16 @@ from trundle.envs.ids import task_of
 from trundle.envs.observation import Observation
 from trundle.envs.push import Push
 from trundle.envs.tasks import LockedWheel, PushAround, PushDoor, PushPath, PushPose
+from trundle.experiments.sampling import Floats
 
 __all__ = ["entry_count", "to_frame", "to_object_frame"]
 
-Array = NDArray[np.float64]
 
 CLOSE_SCALE = 0.1
 """Offset (m or rad) at which a saturated goal entry is half of its limit."""
 CLOSE_ENTRIES = 3
 """Number of saturated goal entries."""
-TASKS: dict[type[Push], Callable[[Observation], tuple[Sequence[Array], Sequence[Array]]]] = {
+TASKS: dict[type[Push], Callable[[Observation], tuple[Sequence[Floats], Sequence[Floats]]]] = {
     PushPose: lambda fields: ([], []),
     LockedWheel: lambda fields: ([], []),
     PushPath: lambda fields: (list(np.moveaxis(fields.path_points, -2, 0)), []),
@@ -30,7 +30,7 @@ TASKS: dict[type[Push], Callable[[Observation], tuple[Sequence[Array], Sequence[
 """The task's own positions and directions in a batch of observations, as views of shape (n, 2)."""
 
 
-def to_frame(observations: Array, env: str, frame: str, hidden: int) -> NDArray[np.float32]:
+def to_frame(observations: Floats, env: str, frame: str, hidden: int) -> NDArray[np.float32]:
     """Return observations of shape (n, entries) in a frame, float32.
 
     The last `hidden` entries are hidden parameters, in object axes already.
@@ -45,7 +45,7 @@ def entry_count(entries: int, frame: str) -> int:
     return entries + CLOSE_ENTRIES if frame == "object" else entries
 
 
-def to_object_frame(observations: Array, env: str) -> Array:
+def to_object_frame(observations: Floats, env: str) -> Floats:
     """Return observations in the object's frame, without loss of information.
 
     The object's position is replaced by the world's origin in the object's frame. Its heading stays, because
@@ -65,7 +65,7 @@ def to_object_frame(observations: Array, env: str) -> Array:
     fields = Observation(observations.copy())  # the fields are views: the assignments below change its vector
     points, directions = TASKS[task_of(env) or Push](fields)
 
-    def rotated(vectors: Array) -> Array:
+    def rotated(vectors: Floats) -> Floats:
         x, y = vectors.T
         return np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import TrundleError
+from trundle.experiments.sampling import Floats
 from trundle.experiments.training import array_file
 from trundle.experiments.training.frames import entry_count, to_frame
 from trundle.experiments.training.network import Network
@@ -17,7 +18,6 @@ from trundle.experiments.training.network import Network
 __all__ = ["About", "Policy", "load"]
 
 FORMAT = "trundle-policy/1"
-Array = NDArray[np.float64]
 State = NDArray[np.float32]
 
 
@@ -83,7 +83,7 @@ class Policy:
     network : Network
     """
 
-    def __init__(self, about: About, mean: Array, deviation: Array, network: Network) -> None:
+    def __init__(self, about: About, mean: Floats, deviation: Floats, network: Network) -> None:
         self.about = about
         self.mean, self.deviation, self.network = mean, deviation, network
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle.envs.observation import Observation
+from trundle.experiments.sampling import Floats
 from trundle.experiments.training.dynamics.motion import object_axes, wrapped
 
 __all__ = ["Episodes", "collect"]
 
-Array = NDArray[np.float64]
 
 AMPLITUDES = (0.1, 1.0)
 """Standard deviation of random pushes, as a share of a full action; log-uniform in an episode."""
@@ -40,7 +40,7 @@ class Episodes(NamedTuple):
         Steps of an episode without contact with an obstacle. After the end of an episode none is valid.
     """
 
-    observations: Array
+    observations: Floats
     valid: NDArray[np.bool_]
 
 
@@ -80,7 +80,7 @@ class Pushes:
     """Actions of all episodes: autoregressive noise, and a proportional controller with damping."""
 
     def __init__(self, random: np.random.Generator, count: int, random_share: float, period: float) -> None:
-        def log_uniform(limits: tuple[float, float]) -> Array:
+        def log_uniform(limits: tuple[float, float]) -> Floats:
             low, high = (float(one) for one in np.log(limits))
             return np.exp(random.uniform(low, high, (count, 1)))
 

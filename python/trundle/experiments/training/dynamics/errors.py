@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.envs.observation import Observation
+from trundle.experiments.sampling import Floats
 from trundle.experiments.training.dynamics.collect import Episodes
 from trundle.experiments.training.dynamics.model import DynamicsModel
 from trundle.experiments.training.dynamics.motion import INPUTS, Motion, motion_of, shape_of, wrapped
 
 __all__ = ["OPEN_LOOP_S", "errors_of_motion", "prediction_errors"]
 
-Array = NDArray[np.float64]
 
 OPEN_LOOP_S = 1.0
 """Duration of a prediction without observations, s."""
@@ -51,7 +50,7 @@ def prediction_errors(model: DynamicsModel, episodes: Episodes, after: float) ->
     return errors_of_motion(states, Observation(observations[start:]))
 
 
-def errors_of_motion(states: Array, seen: Observation) -> dict[str, float]:
+def errors_of_motion(states: Floats, seen: Observation) -> dict[str, float]:
     """Return the errors of predicted motions; see `prediction_errors`.
 
     Parameters

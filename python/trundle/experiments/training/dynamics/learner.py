@@ -6,18 +6,16 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle._native import TrundleError
 from trundle.agent import AdaptiveAgent
 from trundle.agent_settings import AgentSettings
 from trundle.belief import Belief, Update, about_origin
+from trundle.experiments.sampling import Floats
 from trundle.experiments.training.dynamics.model import DynamicsModel
 from trundle.experiments.training.dynamics.motion import Motion, motion_of, shape_of
 
 __all__ = ["DynamicsLearner", "dynamics_agent"]
-
-Array = NDArray[np.float64]
 
 
 class Prediction:
@@ -46,7 +44,7 @@ class Prediction:
             self._context = self._model.remember(self._context, motion, self._shape)
         self._seen = len(observations) - 1
 
-    def __call__(self, plans: Array) -> Array:
+    def __call__(self, plans: Floats) -> Floats:
         """Return the motions, shape (networks, n, steps, 6), under plans of shape (n, horizon, 3)."""
         latest = self._belief.latest
         held = np.repeat(plans, self._substeps, axis=1)

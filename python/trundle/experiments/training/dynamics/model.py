@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.experiments.sampling import Floats
 from trundle.experiments.training import array_file
 from trundle.experiments.training.dynamics.motion import INPUTS, SHAPE, Motion, object_axes
 from trundle.experiments.training.network import Network
@@ -18,7 +19,6 @@ __all__ = ["ACTIVATION", "About", "DynamicsModel", "Scales", "load"]
 
 FORMAT = "trundle-dynamics/1"
 ACTIVATION = "relu"
-Array = NDArray[np.float64]
 Values = NDArray[np.float32]
 Context = list[Values | None]
 """State of the memory of each network, shape (n, 2, units); None without a memory."""
@@ -68,7 +68,7 @@ class Scales:
     deviation: Values
     change: Values
 
-    def scaled(self, *parts: Array) -> Values:
+    def scaled(self, *parts: Floats) -> Values:
         """Return inputs, shapes and changes, or the first of these, as a network sees them: (n, entries)."""
         count = max(len(part) for part in parts)
         values = np.concatenate([np.broadcast_to(part, (count, part.shape[1])) for part in parts], axis=1)
@@ -103,7 +103,7 @@ class DynamicsModel:
             for network in self.networks
         ]
 
-    def remember(self, context: Context, motion: Motion, shape: Array) -> Context:
+    def remember(self, context: Context, motion: Motion, shape: Floats) -> Context:
         """Return the contexts after one step, with inputs (n, INPUTS) and targets (n, TARGETS)."""
         seen = self.scales.scaled(motion.inputs, shape, motion.targets[:, :3])
         return [
@@ -112,8 +112,8 @@ class DynamicsModel:
         ]
 
     def rollout(
-        self, context: Context, shape: Array, start: tuple[Array, Array], wrenches: Array
-    ) -> NDArray[np.float64]:
+        self, context: Context, shape: Floats, start: tuple[Floats, Floats], wrenches: Floats
+    ) -> Floats:
         """Return the motion under a sequence of wrenches, as each network predicts it.
 
         Parameters
@@ -137,7 +137,7 @@ class DynamicsModel:
         ]
         return np.stack(motions)
 
-    def _rollout(self, network: Network, start: tuple[Array, Array], wrenches: Array) -> Array:
+    def _rollout(self, network: Network, start: tuple[Floats, Floats], wrenches: Floats) -> Floats:
         """Return the motion that a network predicts whose layers see the inputs only."""
         mean, deviation = self.scales.mean[:INPUTS], self.scales.deviation[:INPUTS]
         count, steps = wrenches.shape[0], wrenches.shape[1] - 1
@@ -166,7 +166,7 @@ class DynamicsModel:
         array_file.save(path, FORMAT, {**asdict(self.about), "networks": len(self.networks)}, arrays)
 
 
-def fixed_context(network: Network, state: Values | None, scales: Scales, shape: Array) -> Network:
+def fixed_context(network: Network, state: Values | None, scales: Scales, shape: Floats) -> Network:
     """Return a network of the inputs alone: shape and memory become biases of the first layer."""
     (weight, bias), *others = network.layers
     seen = scales.scaled(np.zeros((len(shape), INPUTS)), shape)[:, INPUTS:]

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.belief import about_origin
 from trundle.envs.observation import Observation
+from trundle.experiments.sampling import Floats
 
 __all__ = ["INPUTS", "SHAPE", "TARGETS", "Motion", "motion_of", "object_axes", "shape_of"]
 
-Array = NDArray[np.float64]
 
 INPUTS, TARGETS, SHAPE = 9, 6, 4
 """Numbers of entries of an input, of a target, and of the shape of an object."""
@@ -30,11 +29,11 @@ class Motion(NamedTuple):
         Change of the twist, and displacement (m, rad), both in the axes at the start of the step.
     """
 
-    inputs: Array
-    targets: Array
+    inputs: Floats
+    targets: Floats
 
 
-def motion_of(observations: Array) -> Motion:
+def motion_of(observations: Floats) -> Motion:
     """Return the steps between observations of shape (steps + 1, n, entries)."""
     seen = Observation(observations)
     heading = seen.heading
@@ -47,19 +46,19 @@ def motion_of(observations: Array) -> Motion:
     return Motion(inputs, np.concatenate([after - before, object_axes(moved, heading[:-1])], axis=-1))
 
 
-def shape_of(observations: Array) -> Array:
+def shape_of(observations: Floats) -> Floats:
     """Return half the sides of the bounding box and its middle, m; shape (..., SHAPE)."""
     seen = Observation(observations)
     return np.concatenate([seen.half_size, seen.middle], axis=-1)
 
 
-def object_axes(vectors: Array, heading: Array) -> Array:
+def object_axes(vectors: Floats, heading: Floats) -> Floats:
     """Return planar vectors with a third entry, shape (..., 3), in axes with a heading (...)."""
     cos, sin = np.cos(heading), np.sin(heading)
     x, y, turn = np.moveaxis(vectors, -1, 0)
     return np.stack([cos * x + sin * y, cos * y - sin * x, turn], axis=-1)
 
 
-def wrapped(angle: Array) -> Array:
+def wrapped(angle: Floats) -> Floats:
     """Return the same angles in [-pi, pi]."""
     return np.asarray(angle - 2 * np.pi * np.round(angle / (2 * np.pi)))
