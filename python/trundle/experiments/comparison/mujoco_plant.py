@@ -17,13 +17,14 @@ import trundle
 from trundle._native import Laws
 from trundle.envs import Observation, Push
 from trundle.experiments.blind import mujoco_world as world
+from trundle.experiments.blind.push import Grasp
 from trundle.experiments.blind.scene import Wheel
+from trundle.experiments.sampling import Floats
 from trundle.picture import outlines
 from trundle.recording import TrundleError
 
 __all__ = ["MujocoPlant", "make_spec"]
 
-Floats = NDArray[np.float64]
 Effect = Mapping[str, Any]
 
 BALL_RADIUS_M, BALL_MASS_KG = 0.05, 0.1
@@ -244,10 +245,7 @@ def make_spec(
     add_feet(table, feet, sliding / (laws.mass * GRAVITY_M_PER_S2))
     for number, effect in enumerate(effects):
         add_effect(spec, table, f"effect {number}", effect, [] if sliding else feet, first)
-    table.add_site(name="grasp", pos=[*grasp, 0.0])
-    for along, index in (("x", 0), ("y", 1), ("turn", 5)):
-        gain = [1.0] + [0.0] * 9
-        spec.add_actuator(name=f"gripper {along}", **world.site("grasp", index), gainprm=gain)
+    world.add_gripper(spec, table, Grasp(float(grasp[0]), float(grasp[1]), 0.0))
     return spec
 
 
