@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from trundle._native import TrundleError
 from trundle.atomic import write_text
 
@@ -68,7 +70,9 @@ def read_headed(path: Path, keys: Iterable[str]) -> tuple[Row, list[Row]]:
 
 
 def rounded(value: Any) -> Any:
-    """Return results with six significant digits, for comparison; infinities and NaN become None."""
+    """Return results as plain values with six significant digits; infinities and NaN become None."""
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, float):
         return float(f"{value:.6g}") if math.isfinite(value) else None
     if isinstance(value, dict):

@@ -12,7 +12,7 @@ import numpy as np
 
 import trundle
 from trundle.envs.observation import Observation
-from trundle.experiments.results import rounded
+from trundle.experiments.results import Row, rounded
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -22,8 +22,6 @@ else:
 __all__ = ["count_onsets", "play"]
 
 FORMAT = "trundle-run-history/1"
-
-Row = dict[str, Any]
 
 
 def play(
@@ -83,7 +81,7 @@ def play(
         "return": gained,
         "touched": count_onsets(step["touched"] for step in steps),
     }
-    kept: Row = to_json_values(
+    kept: Row = rounded(
         {
             "format": FORMAT,
             "version": trundle.__version__,
@@ -127,12 +125,3 @@ def update_row(update: Any, time: float) -> Row:
 def count_onsets(states: Iterable[bool]) -> int:
     """Return how often a condition becomes true."""
     return sum(now and not before for before, now in pairwise([False, *states]))
-
-
-def to_json_values(value: Any) -> Any:
-    """Return values as plain JSON values with six significant digits."""
-    if isinstance(value, dict):
-        return {name: to_json_values(inner) for name, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [to_json_values(inner) for inner in value]
-    return rounded(value.item() if isinstance(value, np.generic) else value)
