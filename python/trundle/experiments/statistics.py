@@ -110,8 +110,11 @@ def median(values: ArrayLike) -> Interval:
 
     Infinite values represent runs that do not reach the threshold. They are larger than any number.
     """
-    found = np.sort(np.asarray(values, dtype=float))
-    return bootstrap_interval(sorted_median(found), row_medians(found[bootstrap_indices(found.size)]))
+    found = np.asarray(values, dtype=float)
+    indices = np.random.default_rng(0).integers(0, found.size, size=(BOOTSTRAP_SAMPLES, found.size))
+    tail, draws = (1 - LEVEL) / 2, np.median(np.sort(found)[indices], axis=1)
+    low, high = (float(np.quantile(draws, q, method="closest_observation")) for q in (tail, 1 - tail))
+    return Interval(float(np.median(found)), low, high)
 
 
 def median_difference(a: ArrayLike, b: ArrayLike) -> Interval:
@@ -139,30 +142,6 @@ def first_sustained(counts: Sequence[int], scores: Sequence[float | None], thres
             break
         kept = float(n)
     return kept
-
-
-def bootstrap_interval(middle: float, draws: NDArray[np.float64]) -> Interval:
-    """Return the interval of bootstrap draws around a median."""
-    tail = (1 - LEVEL) / 2
-    low, high = (float(np.quantile(draws, q, method="closest_observation")) for q in (tail, 1 - tail))
-    return Interval(middle, low, high)
-
-
-def bootstrap_indices(n: int) -> NDArray[np.int64]:
-    """Return indices of bootstrap samples (BOOTSTRAP_SAMPLES, n), which depend on n only."""
-    return np.sort(np.random.default_rng(0).integers(0, n, size=(BOOTSTRAP_SAMPLES, n)), axis=1)
-
-
-def row_medians(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the median of each row of sorted values."""
-    n = rows.shape[1]
-    low, high = rows[:, (n - 1) // 2], rows[:, n // 2]
-    return np.where(low == high, high, (low + high) / 2)
-
-
-def sorted_median(values: NDArray[np.float64]) -> float:
-    """Return the median of sorted values, which may be infinite."""
-    return float(row_medians(values[None, :])[0])
 
 
 @dataclass(frozen=True)
