@@ -16,7 +16,7 @@ from trundle.experiments import figure_style
 from trundle.experiments.markdown import table
 from trundle.experiments.paper import experiment
 from trundle.experiments.paper.experiment import TaskObject, build_model, product, title
-from trundle.experiments.paper.scenario import open_loop, record
+from trundle.experiments.paper.scenario import record
 from trundle.experiments.results import Row
 from trundle.experiments.sampling import Floats
 from trundle.experiments.statistics import median
@@ -93,8 +93,9 @@ def perform(settings: Settings, trial: Row) -> Row:
     found: Row = {}
     for method in METHODS:
         model, wheel = learn(recording, pushed, method, settings, trial["seed"])
-        simulated = open_loop(recording, model)
-        poses = {name: simulated[name] for name in episodes(trial).values()}
+        simulated = trundle.predict(recording, model)
+        shown = {name: simulated[name] for name in episodes(trial).values()}
+        poses = {name: (one.observed, one.predicted) for name, one in shown.items()}
         errors = {name: final_errors(*pair) for name, pair in poses.items()}
         found[method] = {"wheel": wheel, "errors": errors}
         if trial["seed"] == 0 and trial["pushes"] == 1:

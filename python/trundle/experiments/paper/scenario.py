@@ -9,13 +9,10 @@ from typing import Any
 
 import tomli_w
 
-from trundle.experiments.sampling import Floats
-from trundle.model import Model
-from trundle.prediction import predict
 from trundle.recording import Recording
 from trundle.simulation import simulate
 
-__all__ = ["open_loop", "record"]
+__all__ = ["record"]
 
 
 def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> Recording:
@@ -37,9 +34,3 @@ def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> R
         content = {"format": "trundle-scenario/1", "object": "object.toml", **scenario}
         (folder / "scenario.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
         return simulate(folder / "scenario.toml", seed=seed)
-
-
-def open_loop(recording: Recording, model: Model) -> dict[str, tuple[Floats, Floats]]:
-    """Return for each episode the observed poses and those simulated in open loop, (n, 3) each, m, m, rad."""
-    predictions = predict(recording, model)
-    return {name: (one.observed, one.predicted) for name, one in predictions.items()}
