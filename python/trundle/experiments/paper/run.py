@@ -17,14 +17,6 @@ from trundle.settings import typed
 
 __all__ = ["run_one"]
 
-HEAD = """# The paper's experiments
-
-The evaluation of Scholz, Levihn, Isbell, Christensen and Stilman, "Learning Non-Holonomic Object Models for
-Mobile Manipulation", section V, done again in simulation, and what that paper left open. Every section is
-written by its command from the results in [paper/](paper/); `trundle paper all`, with `--out` naming this
-folder, writes all of them.
-"""
-
 
 def run_one(
     name: str, configs: Path, execution: Execution, *, seeds: int | None = None, quick: bool = False
@@ -59,7 +51,8 @@ def run_one(
     text = prose("paper", file, s=settings, **experiment.values(settings, rows))
     text = f"{text}\n\n{footer(name, file, settings, rows)}"
     figure_style.save(experiment.draw(settings, rows), out / "images" / f"paper_{file}.png")
-    replace_section(out / "paper.md", f"paper {name}", text, [f"paper {one}" for one in EXPERIMENTS], HEAD)
+    order, head = [f"paper {one}" for one in EXPERIMENTS], prose("paper", "head") + "\n"
+    replace_section(out / "paper.md", f"paper {name}", text, order, head)
     return text
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from trundle.experiments.markdown import table
+from trundle.experiments.markdown import prose, table
 from trundle.experiments.results import Row
 from trundle.experiments.training.policy import About
 from trundle.experiments.training.settings import Settings
@@ -25,7 +25,7 @@ def model_card(settings: Settings, about: About, result: Row, torch: str) -> str
     """
     last = result["curve"][-1]
     worlds = settings.evaluation
-    success, untouched, lost = (f"{100 * last[key]:.1f} %" for key in ("success", "untouched", "lost"))
+    rates = {key: f"{100 * last[key]:.1f} %" for key in ("success", "untouched", "lost")}
     sees = "the observations of the environment"
     sees = f"the last {about.frame_stack} observations" if about.frame_stack > 1 else sees
     sees += f" with {about.hidden} hidden parameters" if about.hidden else ""
@@ -41,15 +41,7 @@ def model_card(settings: Settings, about: About, result: Row, torch: str) -> str
         ("settings", f"`{about.config}.toml`, seed {about.seed}, digest `{about.digest}`"),
         ("PyTorch", torch),
     ]
-    return f"""# {about.config}-{about.seed}
-
-A policy of `trundle train`, to be compared with adaptive agents on the same hidden worlds.
-
-{table(["property", "value"], facts)}
-
-In {worlds.episodes} other worlds of the training distribution it reached the goal in {success}, without
-touching an obstacle in {untouched}, and lost the object in {lost}.
-
-It is not meant for objects, arms or instruments outside its environment, and not for real robots.
-`trundle.experiments.training.policy.load` loads it and needs NumPy only.
-"""
+    text = prose(
+        "training", "policy", about=about, worlds=worlds, table=table(["property", "value"], facts), **rates
+    )
+    return text + "\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from trundle.experiments.markdown import table
+from trundle.experiments.markdown import prose, table
 from trundle.experiments.results import Row
 from trundle.experiments.training.config import Dynamics
 from trundle.experiments.training.dynamics.errors import OPEN_LOOP_S
@@ -56,18 +56,5 @@ def model_card(settings: Dynamics, model: DynamicsModel, errors: Sequence[Row], 
         ("settings", f"`{about.config}.toml`, seed {about.seed}, digest `{about.digest}`"),
         ("PyTorch", torch),
     ]
-    return f"""# {about.config}-{about.seed}
-
-A dynamics model of `trundle train` for the planner of the adaptive agent, to be compared with it on the same
-hidden worlds.
-
-{table(["property", "value"], facts)}
-
-Errors in other worlds of the training distribution: root mean square of speed and spin after one step,
-medians of distance and turn of a prediction of {OPEN_LOOP_S:g} s without observations.
-
-{error_table(errors)}
-
-It is not meant for objects, arms or instruments outside its environment, and not for real robots.
-`trundle.experiments.training.dynamics.model.load` loads it and needs NumPy only.
-"""
+    tables = {"table": table(["property", "value"], facts), "errors": error_table(errors)}
+    return prose("training", "dynamics", about=about, open_loop=OPEN_LOOP_S, **tables) + "\n"
