@@ -73,18 +73,12 @@ def in_sensor_convention(scene: Scene) -> Scene:
 def true_misfit(made: trundle.Recording, scene: Scene, hidden: Sequence[HiddenEffect]) -> float | None:
     """Return the held-out misfit of the true model, refitted from the truth; None if an effect has no law."""
     laws = [one.laws(scene) for one in hidden]
-    if any(not found or any(law["kind"] not in known_laws() for law in found) for found in laws):
+    if any(not found or any(law["kind"] not in default_parameters() for law in found) for found in laws):
         return None
     for one in hidden:
         if one.family.merge_wheel is not None:
             scene = replace(scene, wheel=one.family.merge_wheel(scene.wheel, one.values))
     return fit_misfit(made, scene, [law for found in laws for law in found])
-
-
-@cache
-def known_laws() -> frozenset[str]:
-    """Return the kinds of effects in the catalogue."""
-    return frozenset(str(effect["kind"]) for effect in trundle.effects())
 
 
 def fit_misfit(recording: trundle.Recording, scene: Scene, laws: Sequence[Values]) -> float:
@@ -112,7 +106,7 @@ def build_model(scene: Scene, laws: Sequence[Values]) -> tuple[trundle.Model, di
     effects: list[Values] = [{"kind": "viscous_wheel"}]
     for law in laws:
         # Fixed is what has a default in a model file, such as an event's episode, a drift or a radius.
-        fixed = default_parameters(law["kind"]) | {"kind", "spread"}
+        fixed = default_parameters()[law["kind"]] | {"kind", "spread"}
         effects.append({name: value for name, value in law.items() if name in fixed})
         free = {name: value for name, value in law.items() if name not in fixed}
         start |= {f"{law['kind']}.{name}": float(value) for name, value in free.items()}
@@ -121,7 +115,9 @@ def build_model(scene: Scene, laws: Sequence[Values]) -> tuple[trundle.Model, di
 
 
 @cache
-def default_parameters(kind: str) -> frozenset[str]:
-    """Return the parameters of a kind that have a default in a model file."""
-    (found,) = [effect for effect in trundle.effects() if effect["kind"] == kind]
-    return frozenset(p["name"] for p in found["parameters"] if p["default"] is not None)
+def default_parameters() -> dict[str, frozenset[str]]:
+    """Return by kind of effect in the catalogue the parameters that have a default in a model file."""
+    return {
+        effect["kind"]: frozenset(p["name"] for p in effect["parameters"] if p["default"] is not None)
+        for effect in trundle.effects()
+    }

@@ -92,11 +92,8 @@ def fit_platt(rows: Sequence[Row], used: Platt) -> Platt | None:
         return None
     logits, right, weights = (np.array(column, dtype=float) for column in zip(*found, strict=True))
     if (right == 0.0).sum() < 2 * EVENTS_PER_PARAMETER:
-        return Platt(
-            0.0,
-            1.0,
-            fit_bound(logits > math.log(CERTAIN_PROBABILITY / (1.0 - CERTAIN_PROBABILITY)), right, weights),
-        )
+        certain = logits > math.log(CERTAIN_PROBABILITY / (1.0 - CERTAIN_PROBABILITY))
+        return Platt(0.0, 1.0, fit_bound(certain, right, weights))
     good, bad = float(weights @ right), float(weights @ (1.0 - right))
     target = np.where(right > 0.0, (good + 1.0) / (good + 2.0), 1.0 / (bad + 2.0))
 
