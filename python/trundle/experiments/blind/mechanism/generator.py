@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -162,9 +161,7 @@ def misfits(
     scene: Scene, hidden: Sequence[HiddenEffect], motions: Sequence[Motion], seen: Statistics, seed: int
 ) -> tuple[float, float]:
     """Return the misfits of the nominal model on a temporary recording, in training and held-out episodes."""
-    folder = Path(tempfile.mkdtemp(prefix="trundle-oracle-")) / "recording"
-    try:
+    with tempfile.TemporaryDirectory(prefix="trundle-oracle-") as temporary:
+        folder = Path(temporary) / "recording"
         record(scene, hidden, motions, seen.effort, seed, folder)
         return effort_misfits(folder)
-    finally:
-        shutil.rmtree(folder.parent)
