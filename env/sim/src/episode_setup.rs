@@ -46,15 +46,9 @@ impl EpisodeSetup<'_> {
         noise: ChaCha8Rng,
     ) -> Result<Vec<Row>, SimError> {
         let profile = Profile::new("push.knots", push.knots.clone())?;
-        if self.model.discrepancy.as_ref().is_some_and(|discrepancy| discrepancy.axes == Axes::Reading) {
-            let remedy = "a simulation has no readings to correct: remove `[unnamed]`";
-            return Err(SimError::value("unnamed.axes", "reading", remedy));
-        }
+        self.require_simulated_discrepancy()?;
         let instrumented = self.model.resolved()?;
-        let mut stepper =
-            HybridStepper::new(self.model.clone().without_instruments(), self.obstacles.to_vec())?;
-        stepper.precompute_step(self.step);
-        stepper.set_state(State::at_rest(push.start).with_inner(inner));
+        let mut stepper = self.resting_stepper(push, inner)?;
         let body = &self.model.body;
         let mut end_effector = EndEffector::new(push, body, self.coupling)?;
         let mut instruments = Instruments::new(self.sensor, self.tracker, noise);
@@ -81,9 +75,7 @@ impl EpisodeSetup<'_> {
                 [0.0; 3]
             };
             stepper.step(wrench, clock, self.step)?;
-            if !(stepper.state().is_finite() && wrench.iter().all(|value| value.is_finite())) {
-                return Err(ModelError::NotFinite(NotFinite::of(self.model, t)).into());
-            }
+            self.require_finite(stepper.state(), wrench, t)?;
             let next = end_effector.pose(stepper.state().pose);
             let velocity = [0, 1].map(|k| (next[k] - gripper_pose[k]) / self.step);
             instruments.observe(&GroundTruth {
@@ -99,5 +91,35 @@ impl EpisodeSetup<'_> {
             (last_wrench, last_velocity) = (wrench, velocity);
         }
         Ok(instruments.finish())
+    }
+
+    /// Refuse a model discrepancy that corrects readings.
+    fn require_simulated_discrepancy(&self) -> Result<(), SimError> {
+        if self.model.discrepancy.as_ref().is_some_and(|discrepancy| discrepancy.axes == Axes::Reading) {
+            let remedy = "a simulation has no readings to correct: remove `[unnamed]`";
+            return Err(SimError::value("unnamed.axes", "reading", remedy));
+        }
+        Ok(())
+    }
+
+    /// The stepper with the object at rest at the start of a push.
+    fn resting_stepper(
+        &self,
+        push: &Push,
+        inner: [f64; MAX_INNER_STATES],
+    ) -> Result<HybridStepper, SimError> {
+        let model = self.model.clone().without_instruments();
+        let mut stepper = HybridStepper::new(model, self.obstacles.to_vec())?;
+        stepper.precompute_step(self.step);
+        stepper.set_state(State::at_rest(push.start).with_inner(inner));
+        Ok(stepper)
+    }
+
+    /// Refuse a motion that is not finite, at time `t`.
+    fn require_finite(&self, state: &State<f64>, wrench: [f64; 3], t: f64) -> Result<(), SimError> {
+        if state.is_finite() && wrench.iter().all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        Err(ModelError::NotFinite(NotFinite::of(self.model, t)).into())
     }
 }

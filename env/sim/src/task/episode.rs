@@ -89,6 +89,33 @@ pub struct Saved {
     state: EpisodeState,
 }
 
+impl EpisodeState {
+    /// The state at the start of an episode, with the error of the tare.
+    fn new(options: &Options, sensor: &Sensor, start: [f64; 3], grasp: [f64; 2], seed: u64) -> Self {
+        let mut noise = rng_stream(seed, OBSERVATION_STREAM);
+        let samples = (sensor.rate * sensor.precontact).sqrt();
+        let tare = add_noise([0.0; 3], sensor.noise().map(|sd| sd / samples), &mut noise);
+        Self {
+            action_model: ActionModel::new(options, grasp, start),
+            commands: CommandQueue::with_capacity(queue_length(options)),
+            delayed: MeasurementDelay::new(options),
+            tick: 0,
+            steps: 0,
+            wrist_wrench: [0.0; 3],
+            delayed_readings: VecDeque::new(),
+            tare,
+            tracked: start,
+            ended: false,
+            noise,
+            command_noise: rng_stream(seed, ARM_STREAM),
+            contact_time: 0.0,
+            contact_impulse: 0.0,
+            last_wrench: [0.0; 3],
+            gripper_velocity: [0.0; 2],
+        }
+    }
+}
+
 impl Episode {
     /// Start an episode.
     ///
@@ -120,28 +147,8 @@ impl Episode {
             let sensor = Sensor { offset: hidden.offset, ..sensor };
             Instruments::new(sensor, tracker, rng_stream(seed, RECORDER_STREAM))
         });
-        let mut noise = rng_stream(seed, OBSERVATION_STREAM);
-        let samples = (sensor.rate * sensor.precontact).sqrt();
-        let tare = add_noise([0.0; 3], sensor.noise().map(|sd| sd / samples), &mut noise);
         let progress = (options.task == TaskKind::Path).then(|| PathProgress::new(layout.path.clone()));
-        let state = EpisodeState {
-            action_model: ActionModel::new(&options, grasp, layout.start),
-            commands: CommandQueue::with_capacity(queue_length(&options)),
-            delayed: MeasurementDelay::new(&options),
-            tick: 0,
-            steps: 0,
-            wrist_wrench: [0.0; 3],
-            delayed_readings: VecDeque::new(),
-            tare,
-            tracked: layout.start,
-            ended: false,
-            noise,
-            command_noise: rng_stream(seed, ARM_STREAM),
-            contact_time: 0.0,
-            contact_impulse: 0.0,
-            last_wrench: [0.0; 3],
-            gripper_velocity: [0.0; 2],
-        };
+        let state = EpisodeState::new(&options, &sensor, layout.start, grasp, seed);
         let mut episode = Self {
             options,
             task_object,
