@@ -3,12 +3,10 @@
 use numpy::{PyArray1, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_diagnose::{FitCheck, check_fit, for_recording};
-use trundle_estimate::{LackOfFitSummary, NoiseSummary};
-use trundle_infer::{Comparison, FitOptions, Stage};
+use trundle_estimate::{SampleRequest, SampledPosterior, sample_recording};
+use trundle_infer::{FitOptions, Stage};
 use trundle_posterior::{
-    Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, calibrations,
-    predictive, replicates, sample,
+    Calibration, Chain, Method, Posterior, Replicate, SampleOptions, predictive, replicates,
 };
 use trundle_record::Dataset;
 
@@ -33,19 +31,8 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Draws of a posterior, with its recording.
 #[pyclass(name = "_Posterior", module = "trundle", frozen)]
 struct PyPosterior {
-    inner: Posterior,
+    inner: SampledPosterior,
     data: Dataset,
-    quasi_static: bool,
-    /// Result of the lack-of-fit test at the mode; `None` without a test.
-    lack: Option<FitCheck>,
-}
-
-fn method_of(name: &str) -> PyResult<Method> {
-    let known = Method::ALL.iter().find(|(known, _)| *known == name);
-    known.map(|(_, method)| *method).ok_or_else(|| {
-        let names: Vec<&str> = Method::ALL.iter().map(|(name, _)| *name).collect();
-        refused(format!("method = {name:?}: choose one of {}", names.join(", ")))
-    })
 }
 
 /// Sample the posterior of a model's free parameters; see `trundle.sample`.
@@ -66,21 +53,13 @@ fn _sample(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyPosterior> {
     let (data, model, prior) = (dataset(recording)?, inputs::model(model), inputs::prior(prior)?);
-    let mut model = for_recording(&data, model.as_ref());
-    let mut fit = FitOptions { starts, seed, ..FitOptions::default() };
-    if let Some(prior) = prior {
-        model = prior.apply(&model).map_err(refused)?;
-        fit.per_episode = prior.per_episode();
-    }
-    let options = SampleOptions { method: method_of(method)?, chains, draws, warmup, fit };
-    let (inner, quasi_static, lack) = watched_request(recording.py(), progress, &STAGES, |watch| {
-        let comparison = Comparison::of(&data)?;
-        let found = sample(&comparison, &model, &options, watch)?;
-        let shared = options.fit.per_episode.is_empty();
-        let lack = if shared { check_fit(&data, &comparison, &found.fit)? } else { None };
-        Ok::<_, PosteriorError>((found, comparison.is_quasi_static(), lack))
-    })?;
-    Ok(PyPosterior { inner, data, quasi_static, lack })
+    let fit = FitOptions { starts, seed, ..FitOptions::default() };
+    let method = Method::named(method).map_err(refused)?;
+    let options = SampleOptions { method, chains, draws, warmup, fit };
+    let request = SampleRequest { model: model.as_ref(), prior: prior.as_ref(), options };
+    let inner =
+        watched_request(recording.py(), progress, &STAGES, |watch| sample_recording(&data, &request, watch))?;
+    Ok(PyPosterior { inner, data })
 }
 
 impl PyPosterior {
@@ -90,8 +69,9 @@ impl PyPosterior {
         py: Python<'py>,
         numbers: impl Fn(&Chain) -> Vec<T>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let flat: Vec<T> = self.inner.chains.iter().flat_map(numbers).collect();
-        let shape = [self.inner.chains.len(), flat.len() / self.inner.chains.len().max(1)];
+        let chains = &self.inner.posterior.chains;
+        let flat: Vec<T> = chains.iter().flat_map(numbers).collect();
+        let shape = [chains.len(), flat.len() / chains.len().max(1)];
         Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
     }
 }
@@ -101,33 +81,14 @@ impl PyPosterior {
     /// Settings, parameters, noise and costs of the run.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let p = &self.inner;
-        let parameters = p.slots.iter().zip(&p.identified);
-        let parameters: Vec<_> = parameters
-            .map(|(slot, identified)| {
-                serde_json::json!({"name": slot.name, "unit": slot.unit, "identifiable": identified})
-            })
-            .collect();
-        let summary = serde_json::json!({
-            "recording": self.data.name,
-            "parameters": parameters,
-            "modes": p.modes,
-            "excluded_by_prior": p.prior_conflicts,
-            "quasi_static": self.quasi_static,
-            "lack_of_fit": self.lack.map(LackOfFitSummary::from),
-            "step_sizes": p.chains.iter().map(|c| c.step_size).collect::<Vec<_>>(),
-            "acceptance": p.chains.iter().map(|c| c.acceptance).collect::<Vec<_>>(),
-            "warmup_evaluations": p.chains.iter().map(|c| c.warmup_evaluations).sum::<u64>(),
-            "noise": NoiseSummary::new(&p.channels, &self.data),
-        });
-        plain(py, &summary)
+        plain(py, &self.inner.summary(&self.data))
     }
 
     /// Draws, SI units: shape (chain, draw, parameter).
     fn draws<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let all = &self.inner.draws;
+        let Posterior { draws: all, slots, .. } = &self.inner.posterior;
         let flat: Vec<f64> = all.iter().flatten().flatten().copied().collect();
-        let shape = [all.len(), all.first().map_or(0, Vec::len), self.inner.slots.len()];
+        let shape = [all.len(), all.first().map_or(0, Vec::len), slots.len()];
         PyArray1::from_vec(py, flat).reshape(shape)
     }
 
@@ -142,10 +103,7 @@ impl PyPosterior {
 
     /// Names of the training episodes, and the log likelihood of each at each draw: shape (chain, draw, episode), nats.
     fn log_likelihood<'py>(&self, py: Python<'py>) -> PyResult<(Vec<String>, Bound<'py, PyArray3<f64>>)> {
-        let found = run(py, || {
-            let likelihood = Comparison::of(&self.data)?.with_channels(self.inner.channels);
-            self.inner.log_likelihood(&likelihood)
-        })?;
+        let found = run(py, || self.inner.log_likelihood(&self.data))?;
         let flat: Vec<f64> = found.chains.iter().flatten().flatten().copied().collect();
         let shape = [found.chains.len(), found.chains.first().map_or(0, Vec::len), found.episodes.len()];
         Ok((found.episodes, PyArray1::from_vec(py, flat).reshape(shape)?))
@@ -154,14 +112,9 @@ impl PyPosterior {
     /// Posterior predictive poses of every episode, from `draws` evenly spaced draws of each chain. For each episode's
     /// name: whether it is held out, times (s), measured poses, and predicted poses of shape (chain, draw, time, 3).
     fn predictive<'py>(&self, py: Python<'py>, draws: usize, seed: u64) -> PyResult<Bound<'py, PyDict>> {
-        let p = &self.inner;
-        let kept = p.values.first().map_or(0, Vec::len);
-        let draws = draws.clamp(1, kept.max(1));
-        let chosen = |chain: &Vec<Vec<f64>>| {
-            let pick = |k: usize| chain[k * kept / draws].clone();
-            (0..draws).map(pick).collect::<Vec<_>>()
-        };
-        let values: Vec<Vec<f64>> = p.values.iter().flat_map(chosen).collect();
+        let p = &self.inner.posterior;
+        let values = p.spaced_values(draws);
+        let draws = values.len() / p.chains.len().max(1);
         let dict = PyDict::new(py);
         for (stream, episode) in self.data.episodes().enumerate() {
             let drawn =
@@ -198,7 +151,7 @@ fn _calibrate(
 fn read(text: &str, method: Option<&str>) -> PyResult<Calibration> {
     let calibration = Calibration::from_toml(text).map_err(refused)?;
     Ok(match method {
-        Some(name) => calibration.with_method(method_of(name)?),
+        Some(name) => calibration.with_method(Method::named(name).map_err(refused)?),
         None => calibration,
     })
 }
@@ -213,10 +166,5 @@ fn _calibration_table<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let calibration = read(text, method)?;
     let found: Vec<Replicate> = parsed(rounds)?;
-    let answer = serde_json::json!({
-        "name": calibration.name,
-        "method": calibration.method().name(),
-        "parameters": calibrations(&calibration.parameters, &found),
-    });
-    plain(rounds.py(), &answer)
+    plain(rounds.py(), &calibration.table(&found))
 }

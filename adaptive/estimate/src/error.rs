@@ -3,6 +3,7 @@
 use thiserror::Error;
 use trundle_infer::InferError;
 use trundle_model::ModelError;
+use trundle_posterior::PosteriorError;
 use trundle_sim::SimError;
 
 /// Errors of estimation requests.
@@ -14,6 +15,9 @@ pub enum EstimateError {
     /// A model or a prior is invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// The sampling failed, or the user interrupted it.
+    #[error(transparent)]
+    Posterior(#[from] PosteriorError),
     /// The obstacles or the object cannot be simulated.
     #[error(transparent)]
     Sim(#[from] SimError),
@@ -80,6 +84,10 @@ pub enum EstimateError {
 impl EstimateError {
     /// Whether the user interrupted the work.
     pub fn is_interrupt(&self) -> bool {
-        matches!(self, Self::Infer(InferError::Interrupted))
+        match self {
+            Self::Infer(error) => matches!(error, InferError::Interrupted),
+            Self::Posterior(error) => error.is_interrupt(),
+            _ => false,
+        }
     }
 }

@@ -1,5 +1,5 @@
 //! Estimation as users call it: the choice of a likelihood, a fit to one or several recordings with its
-//! lack-of-fit test and summary, profiles, and online estimation.
+//! lack-of-fit test and summary, profiles, draws of posteriors, and online estimation.
 //!
 //! The crate combines the likelihoods of `trundle-infer`, the searches of `trundle-posterior`, the lack-of-fit
 //! test of `trundle-diagnose` and the obstacles of `trundle-sim`.
@@ -12,6 +12,7 @@ mod likelihood;
 mod online;
 mod profile;
 mod recordings;
+mod sample;
 mod start;
 mod summary;
 
@@ -23,4 +24,5 @@ pub use likelihood::{LikelihoodChoice, LikelihoodKind, LikelihoodOptions, loss_n
 pub use online::OnlineEstimator;
 pub use profile::{ProfileRequest, ProfileSummary, profile_recording};
 pub use recordings::combined;
+pub use sample::{SampleRequest, SampleSummary, SampledParameter, SampledPosterior, sample_recording};
 pub use summary::{FitSummary, NoiseSummary};

@@ -1,5 +1,6 @@
 //! Chains of draws.
 
+use crate::PosteriorError;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -22,6 +23,18 @@ impl Method {
     /// All methods by name.
     pub const ALL: [(&'static str, Self); 3] =
         [("nuts", Self::Nuts), ("laplace", Self::Laplace), ("metropolis", Self::Metropolis)];
+
+    /// The method with a name.
+    ///
+    /// # Errors
+    /// If there is no such method.
+    pub fn named(name: &str) -> Result<Self, PosteriorError> {
+        let known = Self::ALL.iter().find(|(known, _)| *known == name);
+        known.map(|(_, method)| *method).ok_or_else(|| PosteriorError::UnknownMethod {
+            name: name.to_owned(),
+            known: Self::ALL.map(|(name, _)| name).join(", "),
+        })
+    }
 
     /// Name of the method.
     pub fn name(self) -> &'static str {

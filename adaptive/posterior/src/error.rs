@@ -19,6 +19,14 @@ pub enum PosteriorError {
         /// Valid values.
         remedy: &'static str,
     },
+    /// There is no sampling method of this name.
+    #[error("method = {name:?}: choose one of {known}")]
+    UnknownMethod {
+        /// The given name.
+        name: String,
+        /// The known names.
+        known: String,
+    },
     /// All parameters of the model have fixed values.
     #[error("no parameter of the model is free: remove the values to be sampled from model.toml")]
     NothingFree,

@@ -17,7 +17,9 @@ mod sampler;
 mod test_densities;
 mod whitened;
 
-pub use calibrate::{Calibration, ParameterCalibration, RANKS, Replicate, calibrations, replicates};
+pub use calibrate::{
+    Calibration, CalibrationTable, ParameterCalibration, RANKS, Replicate, calibrations, replicates,
+};
 pub use chain::{Chain, ChainSettings, Method};
 pub use draws::{Draws, Range};
 pub use error::PosteriorError;

@@ -3,7 +3,7 @@
 //! Each draw simulates the episode in open loop under a resampled wrench. The tare error, the wrench noise,
 //! the initial pose and the tracker noise are drawn anew.
 
-use crate::PosteriorError;
+use crate::{Posterior, PosteriorError};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -39,6 +39,20 @@ pub fn predictive(
         Ok(poses)
     };
     values.par_iter().enumerate().map(one).collect()
+}
+
+impl Posterior {
+    /// Values of all slots at `draws` evenly spaced draws of each chain, one chain after the other. At least one draw of each
+    /// chain is selected, and at most all.
+    pub fn spaced_values(&self, draws: usize) -> Vec<Vec<f64>> {
+        let kept = self.values.first().map_or(0, Vec::len);
+        let draws = draws.clamp(1, kept.max(1));
+        let spaced = |chain: &Vec<Vec<f64>>| {
+            let pick = |k: usize| chain[k * kept / draws].clone();
+            (0..draws).map(pick).collect::<Vec<_>>()
+        };
+        self.values.iter().flat_map(spaced).collect()
+    }
 }
 
 /// The episode with resampled wrench errors and initial pose.

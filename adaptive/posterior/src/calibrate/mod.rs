@@ -13,5 +13,5 @@ mod replicate;
 mod world;
 
 pub use config::Calibration;
-pub use ranks::{ParameterCalibration, calibrations};
+pub use ranks::{CalibrationTable, ParameterCalibration, calibrations};
 pub use replicate::{RANKS, Replicate, replicates};

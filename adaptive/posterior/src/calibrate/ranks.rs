@@ -1,6 +1,6 @@
 //! Uniformity of ranks and coverage of intervals.
 
-use crate::calibrate::{RANKS, Replicate};
+use crate::calibrate::{Calibration, RANKS, Replicate};
 use serde::Serialize;
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
@@ -24,6 +24,28 @@ pub struct ParameterCalibration {
     pub histogram: Vec<usize>,
     /// Mean rank as a share; ½ without bias.
     pub mean_rank: f64,
+}
+
+/// Calibration of all parameters of a study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CalibrationTable {
+    /// Name of the sampling method.
+    pub method: &'static str,
+    /// Name of the study.
+    pub name: String,
+    /// One row for each parameter.
+    pub parameters: Vec<ParameterCalibration>,
+}
+
+impl Calibration {
+    /// The table of some rounds of this study.
+    pub fn table(&self, rounds: &[Replicate]) -> CalibrationTable {
+        CalibrationTable {
+            method: self.method().name(),
+            name: self.name.clone(),
+            parameters: calibrations(&self.parameters, rounds),
+        }
+    }
 }
 
 /// Calibration of each parameter.
