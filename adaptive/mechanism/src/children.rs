@@ -1,15 +1,17 @@
 //! Models with one more effect than a model: a screen of all candidates, and fits of the best to their optimum.
 
+use crate::candidates::candidates;
 use crate::error::MechanismError;
 use crate::fit::{Fit, Freedom, MAX_STEPS, fit, fit_with};
 use crate::fitted_model::FittedModel;
 use crate::laws::{JointKind, plays};
-use crate::model::{Effect, Kind, slots};
+use crate::model::{Effect, Kind};
 use crate::periodogram::best_periods;
 use crate::point_masses::best_point_masses;
 use crate::quadratic_cost::QuadraticCost;
 use crate::rows::{Scope, evaluate, noise_floor, robust_sd};
 use crate::search::{SCREENING_STEPS, Searcher};
+use crate::slots::slots;
 use rayon::prelude::*;
 use trundle_diagnose::MIN_MATERIAL_ERROR_RATIO;
 use trundle_infer::on_all_cores;
@@ -78,7 +80,7 @@ impl Searcher<'_> {
         let times = self.times(parent);
         let Fit { effects, slots, values, sd, .. } = &parent.fit;
         let others = QuadraticCost::of(self.problem, effects, slots, values, sd);
-        let kinds: Vec<Kind> = Kind::candidates(self.problem)
+        let kinds: Vec<Kind> = candidates(self.problem)
             .into_iter()
             .filter(|kind| is_wanted(*kind) && self.is_offered(parent, *kind))
             .collect();

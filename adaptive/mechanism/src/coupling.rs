@@ -1,8 +1,9 @@
 //! Joints whose equations an effect at another joint enters.
 
 use crate::laws::JointKind;
-use crate::model::{Kind, Nominal, Role, Slot, slots};
+use crate::model::{Kind, Nominal, Role, Slot};
 use crate::problem::Problem;
+use crate::slots::slots;
 
 /// Least share of a joint's effort that a body needs if it is moved by the joint, and least entry of the mass matrix as a share of
 /// the joints' own inertias.

@@ -1,10 +1,11 @@
 //! Fits of a model to the equations of the joints, by Levenberg–Marquardt steps on the free parameters.
 
-use crate::model::{Effect, Nominal, Role, Slot, slots};
+use crate::model::{Effect, Nominal, Role, Slot};
 use crate::problem::Problem;
 use crate::quadratic_cost::QuadraticCost;
 use crate::rows::{JointRows, Scope, evaluate, normal_equations, robust_sd, weight};
 use crate::shared_parameters;
+use crate::slots::slots;
 use nalgebra::{DMatrix, DVector};
 
 /// Most steps of a fit.

@@ -3,6 +3,7 @@
 //! Free masses take the gain of one joint, and the other joints then need the inverse gain: the residual of one
 //! joint does not determine at which joint a gain is wrong.
 
+use crate::candidates::candidates;
 use crate::error::MechanismError;
 use crate::exchange::MIN_EXCHANGE_GAIN_NATS;
 use crate::fitted_model::FittedModel;
@@ -35,7 +36,7 @@ impl Searcher<'_> {
             let is_new = |kind: Kind| is_other(kind) && !known.contains(&with(kind));
             self.children_above(&reduced, models, &is_new, f64::NEG_INFINITY)?;
             let others: Vec<Vec<Kind>> =
-                Kind::candidates(self.problem).into_iter().filter(|kind| is_other(*kind)).map(with).collect();
+                candidates(self.problem).into_iter().filter(|kind| is_other(*kind)).map(with).collect();
             let times = self.times(&model);
             let gain = |other: &FittedModel| other.log_evidence(&times) - model.log_evidence(&times);
             let competing = models

@@ -5,10 +5,11 @@
 //! there may end far from the optimum.
 
 use crate::fit::{Fit, moved};
-use crate::model::{Effect, Kind, slots};
+use crate::model::{Effect, Kind};
 use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::rows::{Scope, evaluate, normal_equations};
+use crate::slots::slots;
 use nalgebra::{DMatrix, DVector};
 
 /// Places from which fits start.

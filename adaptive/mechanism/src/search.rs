@@ -1,6 +1,7 @@
 //! Search for missing effects: forward selection with exchange, each effect tested on left-out parts of the training
 //! episodes.
 
+use crate::candidates::candidates;
 use crate::child_cache::ChildCache;
 use crate::coupling::Coupling;
 use crate::cross_validation::left_out;
@@ -120,7 +121,7 @@ impl<'a> Searcher<'a> {
 
     pub fn cross_validated(&self, fit: Fit) -> FittedModel {
         let left_out = left_out(self.problem, &fit);
-        let (offered, count) = (Kind::candidates(self.problem).len(), fit.effects.len());
+        let (offered, count) = (candidates(self.problem).len(), fit.effects.len());
         // Sets of a number of effects are equally probable.
         let log_prior = (0..count).map(|k| ((k + 1) as f64 / (offered - k) as f64).ln()).sum();
         FittedModel { fit, left_out, log_prior }

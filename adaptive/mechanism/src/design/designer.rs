@@ -5,6 +5,7 @@ use super::limits::{JointLimits, recorded_limits};
 use super::plan::Plan;
 use super::predicted_commands::predicted_commands;
 use super::separation::misfit_after_refit;
+use crate::candidates::candidates;
 use crate::drive::Drive;
 use crate::error::MechanismError;
 use crate::model::{Kind, label};
@@ -222,7 +223,7 @@ fn require_drives(problem: &Problem) -> Result<(), MechanismError> {
 }
 
 fn given(problem: &Problem, name: &str, values: &[(String, f64)]) -> Result<GivenEffect, MechanismError> {
-    let candidates = Kind::candidates(problem);
+    let candidates = candidates(problem);
     let Some(kind) = candidates.iter().find(|kind| label(problem, **kind) == name) else {
         let known: Vec<String> = candidates.iter().map(|kind| label(problem, *kind)).collect();
         return Err(unsuitable(

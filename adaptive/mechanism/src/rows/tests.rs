@@ -2,7 +2,8 @@
 
 use super::{JointRows, Scope, evaluate};
 use crate::laws::JointKind;
-use crate::model::{Effect, Kind, slots};
+use crate::model::{Effect, Kind};
+use crate::slots::slots;
 use crate::{Dynamics, EpisodeDynamics, Problem, motion};
 use std::collections::BTreeMap;
 use trundle_record::{Episode, JointMetadata, JointRecording};
