@@ -122,9 +122,6 @@ impl Searcher<'_> {
 
     /// Models with one effect, unless there are some, and with more while the data demand it; best first. `improved` is
     /// the model on which the best one with several effects improved.
-    ///
-    /// Where the misfit is large or a random-walk wrench softens it, no further effect is sought after one without a
-    /// material gain: most fits stop far from their optimum, and the walk of the next round is smaller.
     fn add_effects(
         &self,
         base: &FittedModel,
@@ -147,8 +144,7 @@ impl Searcher<'_> {
                 break;
             }
             without_gain = if self.is_material_gain(&before, &best)? { 0 } else { without_gain + 1 };
-            let is_large = self.is_softened || self.engine.softened(&best)?.is_some();
-            if without_gain > if is_large { 0 } else { LOOK_AHEAD } {
+            if without_gain > self.look_ahead(&best)? {
                 break;
             }
             if size == 1 {
@@ -161,6 +157,14 @@ impl Searcher<'_> {
             before = best;
         }
         Ok(())
+    }
+
+    /// Successive effects without a material gain after which a further one is still sought. There are none where the
+    /// misfit is large or a random-walk wrench softens it: most fits stop far from their optimum, and the walk of the
+    /// next round is smaller.
+    fn look_ahead(&self, best: &FittedModel) -> Result<usize, InferError> {
+        let is_large = self.is_softened || self.engine.softened(best)?.is_some();
+        Ok(if is_large { 0 } else { LOOK_AHEAD })
     }
 
     /// Search the shapes of the best model's effects again, exchange the effects for others, and try refined laws.
@@ -318,7 +322,7 @@ fn fair_share(effects: usize) -> f64 {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{MAX_EFFECTS, Searcher, fair_share, kinds};
+    use super::{LOOK_AHEAD, MAX_EFFECTS, Searcher, fair_share, kinds};
     use crate::engine::Engine;
     use crate::engine::plant_engine::PlantEngine;
     use trundle_fixtures::{World, effect, locked};
@@ -338,6 +342,21 @@ mod tests {
         searcher.fit_new("single effects", jobs, 4, &mut models).unwrap();
         assert_eq!(models.len(), 1 + 4);
         assert_eq!(kinds(&models[0].added), [Kind::FloorSlope]);
+    }
+
+    #[test]
+    fn no_further_effect_is_sought_in_vain_where_the_misfit_is_large() {
+        let force = |state: &State<f64>| [40.0 * (9.0 * state.pose[0]).sin(), 0.0, 0.0];
+        let look_ahead = |world: &World, is_softened: bool| {
+            let data = world.recording(3);
+            let engine = PlantEngine::new(&data, None).unwrap();
+            let base = engine.base(0, &Quiet).unwrap();
+            let searcher = Searcher { is_softened, ..Searcher::new(&engine, &[], 0, &Quiet) };
+            searcher.look_ahead(&base).unwrap()
+        };
+        let known = World::of(locked());
+        assert_eq!([false, true].map(|softened| look_ahead(&known, softened)), [LOOK_AHEAD, 0]);
+        assert_eq!(look_ahead(&World { out_of_catalogue: force, ..known }, false), 0);
     }
 
     #[test]
