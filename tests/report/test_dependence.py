@@ -101,6 +101,15 @@ def test_the_next_recording_follows_the_residual_not_the_refitted_simulation(
     assert "above 0.25" not in text
 
 
+def test_on_a_rail_no_turn_of_the_object_is_advised(samples: dict[str, Sample]) -> None:
+    diagnosis, series = copy.deepcopy(samples["unexplained"])
+    diagnosis["residual"] = {"regime": "in all motions, as a force constant in the world along 0°"}
+    series["dof"] = ["x"]
+    text = words(render(diagnosis, series))
+    assert "Turn the object" not in text
+    assert "on another part of the rail" in text
+
+
 def test_predictors_do_not_depend_on_units() -> None:
     """Millimetres and milliseconds give the same shares as metres and seconds."""
     plain = [episode(seed, lambda t, heading, speed: along_x(-5.0 * np.sign(speed))) for seed in range(4)]

@@ -53,7 +53,7 @@ pub(crate) fn reported_effect(
     Ok(MissingEffect {
         effect: candidates::name(effect).to_owned(),
         probability,
-        statement: statement(effect, name, &best.fit),
+        statement: statement(effect, name, &best.fit, data),
         parameters: fitted.parameters(),
         place: fitted.place(data),
         explains,

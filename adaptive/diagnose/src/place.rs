@@ -75,8 +75,8 @@ impl FittedEffect<'_> {
         let (mean, sd) = self.identified(self.param_name(Role::Time)?)?;
         let index = self.kind.spec().params.iter().position(|p| p.role.is_choice())?;
         let ordinal = self.values()?.get(index).copied()?;
-        let episode = data.episodes().find(|e| e.ordinal as f64 == ordinal)?;
-        Some(Place::Event { episode: episode.name.clone(), time: Moment { mean, sd } })
+        let episode = data.episode_name(ordinal)?.to_owned();
+        Some(Place::Event { episode, time: Moment { mean, sd } })
     }
 
     /// Its identifiable parameters except for place and time.

@@ -17,7 +17,7 @@ from trundle.report.series import Series, finite
 
 __all__ = ["predictor_rows", "symptoms"]
 
-_NEXT_RECORDINGS = (
+_NEXT_IN_PLANE = (
     (
         "part of the floor",
         "Push across that region with two headings. Repeat the same pushes elsewhere. "
@@ -42,6 +42,10 @@ _NEXT_RECORDINGS = (
         "Turn the object by 90° and repeat the same pushes at two speeds. Friction on the object "
         "turns with it, and dry friction does not grow with the speed.",
     ),
+)
+"""A substring of the description of a regime in the plane, and the recording that separates its causes."""
+
+_NEXT_IN_TIME = (
     (
         "to the end",
         "Repeat the push of that episode. Inspect the object and its wheels before and after it.",
@@ -53,7 +57,7 @@ _NEXT_RECORDINGS = (
     ),
     ("above", "Repeat a push twice, each time at double the speed."),
 )
-"""A substring of the description of a regime, and the recording that separates its possible causes."""
+"""The same for regimes that also occur on a rail."""
 
 _NEXT_BY_PREDICTOR = {
     "the speed": "Repeat a push three times, each time at double the speed.",
@@ -70,6 +74,10 @@ _NEXT_BY_PREDICTOR = {
 _DEFAULT_RECORDING = (
     "Repeat one push at half the speed, at double the speed, with a known mass on the object, and at "
     "another place on the floor. The change that alters the residual indicates its cause."
+)
+_DEFAULT_ON_RAIL = (
+    "Repeat one run at half the speed, at double the speed, in the other direction, on another part of the "
+    "rail, and with a known mass on the object. The change that alters the residual indicates its cause."
 )
 
 
@@ -197,9 +205,12 @@ def _clause(reason: str) -> str:
 
 def _next_recording(regime: str, series: Series) -> str:
     """Return the recording that separates the causes of a regime, or else of the best predictor."""
-    for part, text in _NEXT_RECORDINGS:
+    on_rail = "theta" not in series.dof
+    for part, text in (() if on_rail else _NEXT_IN_PLANE) + _NEXT_IN_TIME:
         if part in regime:
             return text
+    if on_rail:
+        return _DEFAULT_ON_RAIL
     ranked = predictors(series)
     best = ranked[0][0] if ranked and ranked[0][1] >= MIN_SHARE else ""
     return _NEXT_BY_PREDICTOR.get(best, _DEFAULT_RECORDING)

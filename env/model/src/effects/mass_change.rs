@@ -22,7 +22,7 @@ pub(crate) static SPEC: Spec = Spec {
     inner_states: &[],
     params: &[episode(), time(), signed("mass", "kg", 1e4, 10.0, "added mass; negative if it is removed")],
     neutral: &[("mass", 0.0)],
-    sentence: "At {time} in the episode the mass changes permanently by {mass} (negative: a load is removed).",
+    sentence: "At {time} in {episode} the mass changes permanently by {mass} (negative: a load is removed).",
     suggested_push: "accelerate and stop quickly, in the same way before and after: a load affects acceleration and \
         not motion at constant speed",
 };

@@ -34,7 +34,7 @@ pub(crate) static SPEC: Spec = Spec {
             .planar(),
     ],
     neutral: &[("factor_x", 1.0), ("factor_y", 1.0)],
-    sentence: "At {time} in the episode the friction of the wheel changes permanently by the factors {factor_x} along \
+    sentence: "At {time} in {episode} the friction of the wheel changes permanently by the factors {factor_x} along \
         and {factor_y} across its rolling direction.",
     suggested_push: "push at constant speed along and across the rolling direction of the wheel, in the same way \
         before and after",

@@ -134,4 +134,9 @@ impl Dataset {
     pub fn episodes(&self) -> impl Iterator<Item = &Prepared> + Clone {
         self.training.iter().chain(&self.held_out)
     }
+
+    /// Name of the episode with an ordinal, as effects choose it; `None` if there is none.
+    pub fn episode_name(&self, ordinal: f64) -> Option<&str> {
+        self.episodes().find(|episode| episode.ordinal as f64 == ordinal).map(|episode| &*episode.name)
+    }
 }
