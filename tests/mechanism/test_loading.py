@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.mechanism.models import ARM, JOINTS, motion
 from trundle import TrundleError
@@ -50,6 +51,20 @@ def test_properties() -> None:
     assert [arm.rigid_group(body) for body in ("wedge", "hand", "rail")] == ["upper", "rail", "rail"]
     with pytest.raises(TrundleError, match="'base' does not move; the moving bodies are upper, rail"):
         arm.rigid_group("base")
+
+
+def test_a_singular_inertia_becomes_the_nearest_valid_one() -> None:
+    def inertia(stated: str) -> NDArray[np.float64]:
+        old = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+        arm = Mechanism.load(URDF.replace(old, f"<inertia {stated}/>", 1), ["elbow"])
+        return np.array(arm.compiled.body("arm").inertia)
+
+    rod = inertia('ixx="0.03" iyy="0.03" izz="0" ixy="0" ixz="0" iyz="0"')
+    np.testing.assert_allclose(sorted(rod), [0.0, 0.03, 0.03], atol=1e-6)
+    ones = inertia('ixx="0.01" iyy="0.01" izz="0.01" ixy="0.01" ixz="0.01" iyz="0.01"')
+    np.testing.assert_allclose(sorted(ones), [0.015, 0.015, 0.03], atol=1e-6)
+    with pytest.raises(TrundleError, match=r"positive eigenvalues.*'arm'.*correct the mass and inertia of"):
+        inertia('ixx="0.01" iyy="0.01" izz="-0.01" ixy="0" ixz="0" iyz="0"')
 
 
 def test_locked_joints_keep_the_pose_of_the_reference() -> None:

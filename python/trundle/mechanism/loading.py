@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from trundle._native import TrundleError
 from trundle.display.fields import DisplayedFields
 from trundle.mechanism import locking
@@ -19,6 +21,8 @@ __all__ = ["PAYLOAD", "Payload", "load_model"]
 
 PAYLOAD = "trundle_payload"
 """Name of the body that represents a known payload."""
+SINGULAR = 1e-9
+"""Share of the trace below which an eigenvalue of an inertia tensor counts as zero."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,6 +70,7 @@ def load_model(
     kept = {*joints, *couplings}
     locking.lock_joints(spec, name, kept)
     moving = locking.moving_bodies(spec, kept)
+    _correct_singular_inertias(spec)
     remove_appearance(spec)
     missing_files = remove_meshes(spec, name, moving)
     if payload is not None:
@@ -76,6 +81,23 @@ def load_model(
     switch_off(compiled, contacts=contacts)
     names = tuple(compiled.joint(k).name for k in range(compiled.njnt))
     return spec, compiled, Coordinates(names, compiled.qpos0.copy(), tuple(joints), couplings), missing_files
+
+
+def _correct_singular_inertias(spec: Any) -> None:
+    """Replace singular inertia tensors, which MuJoCo refuses, by the nearest valid ones.
+
+    An inertia I is that of a body if its second moments tr(I)/2 - I are not negative.
+    """
+    for body in spec.bodies:
+        xx, yy, zz, xy, xz, yz = body.fullinertia
+        full = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if np.isnan(full).any() or abs(np.linalg.eigvalsh(full)[0]) > SINGULAR * np.trace(full):
+            continue
+        half = np.trace(full) / 2
+        moments, axes = np.linalg.eigh(half * np.eye(3) - full)
+        valid = np.maximum(moments, SINGULAR * half)
+        full = axes @ np.diag(valid.sum() - valid) @ axes.T
+        body.fullinertia = full[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
 
 
 def _attach(spec: Any, name: str, payload: Payload, moving: Mapping[str, str]) -> None:

@@ -111,7 +111,9 @@ def compile_model(spec: Any, name: str) -> Any:
     try:
         return spec.compile()
     except ValueError as error:
-        raise TrundleError(f"{name}: MuJoCo cannot compile the model: {_one_line(error)}") from error
+        message = _one_line(error)
+        remedy = "; correct the mass and inertia of this body" if "inertia" in message else ""
+        raise TrundleError(f"{name}: MuJoCo cannot compile the model: {message}{remedy}") from error
 
 
 def _one_line(error: Exception) -> str:
