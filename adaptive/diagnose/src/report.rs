@@ -6,7 +6,7 @@ use crate::answer::{
 use crate::competing_models::competing_models;
 use crate::decision::Decision;
 use crate::discrepancy::input_descriptions;
-use crate::effect_report::{effect_probability, reported_effect};
+use crate::effect_report::{effect_probability, reported_effect, without_effect};
 use crate::engine::Engine;
 use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::LackOfFit;
@@ -17,7 +17,7 @@ use crate::platt::calibrated;
 use crate::predictions::Predictions;
 use crate::search::{SearchResult, probabilities};
 use crate::series::{self, Series};
-use crate::verdict::right_law_probability;
+use crate::verdict::{own_effect_probability, right_law_probability};
 use crate::warnings::{doubted_laws, harmful_effect, neglected_lack_of_fit, warnings};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Watch, unscored_time};
@@ -169,7 +169,10 @@ impl<'a> Reporter<'a> {
         let mut missing = Vec::new();
         for (k, chance) in self.decision.chances.iter().enumerate() {
             let inclusion = effect_probability(&found.models, &self.probabilities, best.names()[k]);
-            let chance = chance.min(inclusion) * law_probability;
+            let own = without_effect(found, best, k).map_or(1.0, |other| {
+                own_effect_probability(other.fit.cost - best.fit.cost, self.decision.lack)
+            });
+            let chance = chance.min(inclusion) * law_probability * own;
             missing.push(reported_effect(self.engine, found, best, k, calibrated(chance))?);
         }
         missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));

@@ -19,6 +19,7 @@ const MAX_CHECKED_MODELS: usize = 24;
 /// Reason for not naming the best model.
 pub(crate) const LARGE_RESIDUAL: &str = "its residual exceeds what noise explains";
 const UNSUPPORTED: &str = "an effect does not improve the predictive density of left-out episodes";
+const OUTWEIGHED: &str = "what remains unexplained exceeds what an effect explains";
 const IMMATERIAL: &str = "an effect does not improve the prediction of left-out episodes by a material share";
 
 /// The selected model.
@@ -57,10 +58,10 @@ pub(crate) struct Selector<'a> {
 }
 
 impl Selector<'_> {
-    /// Select the model with the most weight whose effects all pass three tests. The data identify its
-    /// defining parameters. It improves the predictive density of left-out training episodes by more than
-    /// chance. It improves their prediction by a material share. If no model passes, the nominal model is
-    /// selected.
+    /// Select the model with the most weight whose effects all pass four tests. The data identify its
+    /// defining parameters. It explains more than remains unexplained. It improves the predictive density of
+    /// left-out training episodes by more than chance. It improves their prediction by a material share. If no
+    /// model passes, the nominal model is selected.
     pub fn select(&self) -> Result<Selection, InferError> {
         let mut cache = BTreeMap::new();
         let mut immaterial: Vec<(usize, usize, f64)> = vec![];
@@ -145,9 +146,25 @@ impl Selector<'_> {
             Some("the data do not identify a parameter that defines an effect")
         } else if !self.improves_training_fit(candidate)? {
             Some("an effect does not improve the fit consistently over blocks of samples")
+        } else if !self.explains_more_than_remains(candidate)? {
+            Some(OUTWEIGHED)
         } else {
             None
         })
+    }
+
+    /// Whether every effect of a model gains more than the misfit that remains. Where the right laws are known only
+    /// approximately, further effects gain part of what these leave.
+    fn explains_more_than_remains(&self, candidate: &FittedModel) -> Result<bool, InferError> {
+        let remaining = self.remaining(candidate)?;
+        let gain =
+            |k| without_effect(self.found, candidate, k).map(|other| other.fit.cost - candidate.fit.cost);
+        Ok((0..candidate.added.len()).filter_map(gain).all(|gain| gain > remaining))
+    }
+
+    /// Misfit that a model leaves, nats; zero if wrenches are compared instead of motion.
+    fn remaining(&self, candidate: &FittedModel) -> Result<f64, InferError> {
+        Ok(self.engine.lack_of_fit(candidate)?.map_or(0.0, |lack| lack.misfit()))
     }
 
     /// Whether every effect of a model improves the density of the training episodes by more than chance.
@@ -206,15 +223,19 @@ impl Selector<'_> {
         Ok(found)
     }
 
-    /// Whether a model with simpler laws in place of one effect predicts left-out episodes almost as well.
-    /// The simpler laws are then named.
+    /// Whether a model with simpler laws in place of one effect predicts left-out episodes almost as well, or what
+    /// remains unexplained exceeds the difference of the fits. The simpler laws are then named.
     fn simpler_law_suffices(
         &self,
         candidate: &FittedModel,
         cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<bool, InferError> {
+        let remaining = self.remaining(candidate)?;
         for kinds in simpler_sets(&candidate.added) {
             let Some(other) = with_kinds(&self.found.models, kinds) else { continue };
+            if other.fit.cost - candidate.fit.cost < remaining {
+                return Ok(true);
+            }
             let with = self.misfit(candidate, candidate, cache)?;
             if with.error_ratio(&self.misfit(other, candidate, cache)?) < MIN_MATERIAL_ERROR_RATIO {
                 return Ok(true);
@@ -283,15 +304,16 @@ fn determines_a_combination(fit: &Fit, parameters: &[String]) -> bool {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{correlation_time, cross_validate, is_defined, probability_of_gain};
+    use super::{Selector, correlation_time, cross_validate, is_defined, probability_of_gain};
     use crate::answer::Value;
     use crate::engine::Engine;
     use crate::engine::plant_engine::PlantEngine;
     use crate::fitted_model::FittedModel;
+    use crate::search::SearchResult;
     use crate::{Options, diagnose};
     use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
-    use trundle_model::{Effect, Kind, Model};
+    use trundle_model::{Effect, Kind, Model, State};
 
     /// Probability that a slope fitted to pushes of a world predicts left-out pushes better.
     fn chance_of_slope(truth: Model) -> f64 {
@@ -329,6 +351,33 @@ mod tests {
         assert_eq!(names, ["force_scale"], "{:?}", found.verdict);
         let Value::Number(gain) = &found.missing[0].parameters["gain_x"] else { panic!("no number") };
         assert!((gain.mean - 0.7).abs() < 0.02, "{gain:?}");
+    }
+
+    #[test]
+    fn an_effect_that_explains_less_than_remains_is_not_named() {
+        let force = |state: &State<f64>| [0.8 * (9.0 * state.pose[0]).sin(), 0.0, 0.0];
+        let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
+        let data = World { out_of_catalogue: force, ..World::of(locked().with(slope)) }.recording(4);
+        let engine = PlantEngine::new(&data, None).unwrap();
+        let base = engine.base(0, &Quiet).unwrap();
+        let comparison = Comparison::of(&data).unwrap();
+        let fitted = |kinds: &[Kind]| {
+            let added: Vec<Effect> = kinds.iter().map(|kind| Effect::free(*kind)).collect();
+            let nominal = engine.nominal().clone();
+            let model = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal };
+            FittedModel::new(
+                added,
+                fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap(),
+                None,
+            )
+        };
+        let (one, both) = (fitted(&[Kind::FloorSlope]), fitted(&[Kind::FloorSlope, Kind::QuadraticDrag]));
+        let models = vec![both.clone(), one.clone(), base];
+        let located = engine.located(&models[2], None).unwrap();
+        let found = SearchResult { models, before: None, located, has_large_residual: false };
+        let selector = Selector { engine: &engine, found: &found, base: 2, watch: &Quiet };
+        assert!(selector.explains_more_than_remains(&one).unwrap());
+        assert!(both.fit.cost < one.fit.cost && !selector.explains_more_than_remains(&both).unwrap());
     }
 
     /// A fit with one effect, of whose parameters only `known` are identified.

@@ -10,7 +10,17 @@ use trundle_infer::InferError;
 /// Probability that a law with this lack of fit is the right one and not a similar one. It is one half at the
 /// largest lack of fit that is still named.
 pub(crate) fn right_law_probability(lack: Option<LackOfFit>, observations: usize) -> f64 {
-    let most = MAX_MISFIT_PER_SAMPLE_NATS * observations as f64;
+    half_at(MAX_MISFIT_PER_SAMPLE_NATS * observations as f64, lack)
+}
+
+/// Probability that an effect with this gain, nats, is more than a part of what the other laws leave. It is one half if
+/// as much remains as the effect gains, which is the most at which it is still named.
+pub(crate) fn own_effect_probability(gain: f64, lack: Option<LackOfFit>) -> f64 {
+    half_at(gain, lack)
+}
+
+/// A probability that falls from one, at no misfit, to one half at a misfit of `most` nats.
+fn half_at(most: f64, lack: Option<LackOfFit>) -> f64 {
     lack.map_or(1.0, |lack| 1.0 / (1.0 + (lack.misfit() / most).powi(2)))
 }
 
@@ -70,7 +80,7 @@ pub(crate) fn verdict_of(
 
 #[cfg(test)]
 mod tests {
-    use super::{NamedModel, right_law_probability, verdict};
+    use super::{NamedModel, own_effect_probability, right_law_probability, verdict};
     use crate::answer::Verdict;
     use crate::lack_of_fit::LackOfFit;
     use trundle_infer::Channels;
@@ -80,6 +90,14 @@ mod tests {
     fn lack_of(gain: f64, chi_squared_excess: f64) -> Option<LackOfFit> {
         let channels = Channels { pose: [1e-3; 3], reading: [0.4; 3], wander: [0.0; 3] };
         Some(LackOfFit { gain, channels, chi_squared_excess })
+    }
+
+    #[test]
+    fn an_effect_that_gains_as_much_as_remains_is_half_as_probable() {
+        let probability = |gain| own_effect_probability(gain, lack_of(50.0, 400.0));
+        assert!((probability(400.0) - 0.5).abs() < 1e-12);
+        assert!(probability(4000.0) > 0.99 && probability(200.0) < 0.25);
+        assert!((own_effect_probability(10.0, None) - 1.0).abs() < 1e-12);
     }
 
     #[test]
