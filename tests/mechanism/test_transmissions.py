@@ -62,3 +62,12 @@ def test_a_drive_without_inertia_has_no_motion_of_its_own(joint: str, possible: 
     mechanism = Mechanism.load(AXIS.format(joint=joint), ["rail"])
     assert can_be_split(mechanism, [Transmission("rail", on_drive=True, gap=GAP)]) == possible
     assert can_be_split(mechanism, [])
+
+
+def test_a_fitted_inertia_of_the_drive_counts_when_the_model_is_compiled(
+    recwarn: pytest.WarningsRecorder,
+) -> None:
+    fitted = Mechanism.load(AXIS.format(joint=""), ["rail"]).adjusted(armature={"rail": 1.0})
+    split = split_model(fitted, [Transmission("rail", on_drive=True, gap=GAP)])
+    assert split.compiled.dof_armature.tolist() == [1.0, 0.0]
+    assert not recwarn

@@ -140,6 +140,8 @@ def split_model(mechanism: Mechanism, transmissions: Sequence[Transmission]) -> 
     for one in transmissions:
         joint = spec.joint(one.joint)
         couple_slides(joint)
+        # Without the drive's inertia, which a fit may have added, the inertia of both joints is singular.
+        joint.armature = own.joint(one.joint).armature[0]
         link = joint.parent.add_joint(name=link_name(one.joint, names), type=joint.type)
         link.axis, link.pos = joint.axis, joint.pos
         link.stiffness[0], link.damping[0] = one.stiffness, one.damping
