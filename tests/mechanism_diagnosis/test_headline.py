@@ -55,6 +55,12 @@ def test_an_unexplained_answer_says_where_when_how_large_and_what_next() -> None
     assert "double the speed" in rows["record next"]
 
 
+def test_a_residual_that_decays_during_a_recording_may_be_warm_up() -> None:
+    rows = dict(symptoms(unexplained("in the first half of the recording, joint elbow")))
+    assert rows["when"].startswith("It is larger in the first half of the recording")
+    assert "recovers in the pause" in rows["record next"]
+
+
 def test_the_terminal_says_what_a_verdict_without_names_means() -> None:
     lines = format_joint_answer(unexplained(None), Path("out"))
     assert lines[:2] == ["arm: unexplained", f"  {headline(unexplained(None))}"]

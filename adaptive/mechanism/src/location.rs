@@ -18,6 +18,8 @@ const MIN_CONTRAST: f64 = 1.5;
 /// Residuals of one joint with the motion.
 struct Sample {
     episode: usize,
+    /// Place among all samples.
+    order: f64,
     t: f64,
     residual: f64,
     speed: f64,
@@ -41,6 +43,7 @@ fn samples(problem: &Problem, model: &FittedModel, joint: usize) -> Vec<Sample> 
         let series = &episode.joints[joint];
         Sample {
             episode: place.episode,
+            order: row as f64,
             t: episode.start + place.sample as f64 * episode.dt,
             residual: own.residual[row],
             speed: series.v[place.sample].abs(),
@@ -104,32 +107,41 @@ pub(crate) fn windows(problem: &Problem, model: &FittedModel) -> Vec<JointWindow
     found
 }
 
-/// The motion during which a joint's residual is large, in words; `None` if it depends on none.
+/// The motion or half of the recording during which a joint's residual is large, in words; `None` if it depends on
+/// none.
 pub(crate) fn regime(problem: &Problem, model: &FittedModel, joint: usize) -> Option<String> {
-    let all = samples(problem, model, joint);
     let setup = &problem.joints[joint];
     let speed_unit = if setup.is_hinge { "rad/s" } else { "m/s" };
+    let found = largest_contrast(&samples(problem, model, joint), speed_unit)?;
+    Some(format!("{found}, joint {}", setup.name))
+}
+
+/// The half of the samples in which the residual is clearly larger, in words.
+fn largest_contrast(all: &[Sample], speed_unit: &str) -> Option<String> {
     let contrasts = [
-        split(&all, |s| s.speed).map(|(ratio, at)| {
+        split(all, |s| s.speed).map(|(ratio, at)| {
             (ratio, format!("above {at:.2} {speed_unit}"), format!("below {at:.2} {speed_unit}"))
         }),
-        split(&all, |s| s.acceleration).map(|(ratio, at)| {
+        split(all, |s| s.acceleration).map(|(ratio, at)| {
             (
                 ratio,
                 format!("at accelerations above {at:.2} {speed_unit}²"),
                 format!("at accelerations below {at:.2} {speed_unit}²"),
             )
         }),
-        split(&all, |s| if s.side > 0.0 { 1.0 } else { -1.0 }).map(|(ratio, _)| {
-            (ratio, "in positive direction".to_owned(), "in negative direction".to_owned())
+        split_at(all, |s| s.side, 0.0)
+            .map(|ratio| (ratio, "in positive direction".to_owned(), "in negative direction".to_owned())),
+        split(all, |s| s.order).map(|(ratio, _)| {
+            let half = |name| format!("in the {name} half of the recording");
+            (ratio, half("second"), half("first"))
         }),
     ];
     let largest = contrasts.into_iter().flatten().max_by(|a, b| a.0.ln().abs().total_cmp(&b.0.ln().abs()))?;
     let (ratio, above, below) = largest;
     if ratio >= MIN_CONTRAST {
-        Some(format!("{above}, joint {}", setup.name))
+        Some(above)
     } else if ratio <= MIN_CONTRAST.recip() {
-        Some(format!("{below}, joint {}", setup.name))
+        Some(below)
     } else {
         None
     }
@@ -143,7 +155,45 @@ fn split(samples: &[Sample], of: impl Fn(&Sample) -> f64) -> Option<(f64, f64)> 
         return None;
     }
     let at = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
+    split_at(samples, of, at).map(|ratio| (ratio, at))
+}
+
+/// Ratio of the residual above a value of a quantity to that below it.
+fn split_at(samples: &[Sample], of: impl Fn(&Sample) -> f64, at: f64) -> Option<f64> {
     let below = rms(samples.iter().filter(|s| of(s) < at));
     let above = rms(samples.iter().filter(|s| of(s) >= at));
-    (below > 0.0 && above > 0.0).then_some((above / below, at))
+    (below > 0.0 && above > 0.0).then_some(above / below)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Sample, largest_contrast};
+
+    /// Samples with a residual that depends on time and velocity.
+    fn contrast(residual: impl Fn(f64, f64) -> f64) -> Option<String> {
+        let one = |k: usize| {
+            let t = 0.01 * k as f64;
+            let (v, acceleration) = ((5.0 * t).cos(), (3.1 * t).sin().abs());
+            Sample {
+                episode: 0,
+                order: t,
+                t,
+                residual: residual(t, v),
+                speed: v.abs(),
+                acceleration,
+                side: v,
+            }
+        };
+        largest_contrast(&(0..2000).map(one).collect::<Vec<_>>(), "rad/s")
+    }
+
+    #[test]
+    fn the_regime_is_the_half_in_which_the_residual_is_larger() {
+        let dry = |v: f64| v.signum();
+        assert_eq!(contrast(|_, v| dry(v)), None);
+        assert_eq!(contrast(|_, v| dry(v) + 0.5).as_deref(), Some("in positive direction"));
+        assert_eq!(contrast(|_, v| v * v).as_deref(), Some("above 0.70 rad/s"));
+        let warm_up = contrast(|t, v| dry(v) * (-t / 10.0).exp());
+        assert_eq!(warm_up.as_deref(), Some("in the first half of the recording"));
+    }
 }

@@ -23,6 +23,11 @@ NEXT_RECORDINGS = (
     ("in positive direction", BOTH_DIRECTIONS),
     ("in negative direction", BOTH_DIRECTIONS),
     (
+        "half of the recording",
+        "Repeat one motion of {joint} many times without a pause, and again after a pause of ten minutes. "
+        "Friction that changes with temperature recovers in the pause; wear and loose parts do not.",
+    ),
+    (
         "at accelerations above",
         "Repeat a motion of {joint} at half and at double the speed, with fast reversals. Errors of inertia "
         "grow with the square of the speed; delays, compliance and play act at reversals.",
@@ -38,7 +43,7 @@ NEXT_RECORDINGS = (
         "high speeds.",
     ),
 )
-"""Substring of the motion in which the residual is large, and the recording that separates its causes."""
+"""Substring of the regime in which the residual is large, and the recording that separates its causes."""
 
 DEFAULT_RECORDING = (
     "Repeat one motion of {joint} at half the speed, at double the speed, and with a known load. The change "
@@ -102,7 +107,7 @@ def _where(main: list[str], shares: Mapping[str, float]) -> str:
 
 
 def _when(answer: JointAnswer, regime: str) -> str:
-    """Return the motion in which the residual is large, and the time at which it is largest."""
+    """Return the regime in which the residual is large, and the time at which it is largest."""
     found = [f"It is larger {regime}."] if regime else []
     windows = answer["mismatch"]["windows"]
     if windows:
@@ -110,7 +115,7 @@ def _when(answer: JointAnswer, regime: str) -> str:
         at = format_interval(worst["start"], worst["end"])
         times = f"{format_fixed(worst['strength'], 1)} times its RMS"
         found.append(f"It is largest in {worst['episode']} at {at}, joint {worst['joint']} ({times}).")
-    return " ".join(found) or "It depends on neither speed, acceleration nor direction, and on no time."
+    return " ".join(found) or ("It is alike at all speeds, accelerations and times and in both directions.")
 
 
 def _size(answer: JointAnswer, main: list[str]) -> str:
