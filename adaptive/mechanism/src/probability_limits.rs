@@ -6,6 +6,7 @@ use crate::model::{Effect, Kind};
 use crate::problem::Problem;
 use crate::rows::noise_floor;
 use crate::search::Searcher;
+use crate::spurious_effects::is_spurious;
 
 /// Share of a joint's misfit beyond noise that remains with the effects.
 pub(crate) fn remaining(found: &SearchResult, before: &[LackOfFit], after: &[LackOfFit], j: usize) -> f64 {
@@ -31,8 +32,8 @@ pub(crate) struct ProbabilityLimit {
     pub most: f64,
 }
 
-/// Limits of each effect that is named. Names that explain a negligible share are dropped; the others are judged
-/// with them, as is the verdict.
+/// Limits of each effect that is named. Names that explain a negligible share, that leave more than they explain, or whose
+/// absence raises the errors by little, are dropped; the others are judged with them, as is the verdict.
 pub(crate) fn probability_limits(
     problem: &Problem,
     searcher: &Searcher<'_>,
@@ -53,17 +54,43 @@ pub(crate) fn probability_limits(
         };
     let affected: Vec<(Kind, Vec<usize>)> =
         (0..best.fit.effects.len()).map(|k| (best.fit.effects[k].kind, own(k, &mut found.models))).collect();
-    let (named, shares) = searcher.without_spurious_effects(&found.base, best.clone(), &mut found.models);
-    let limit = |(effect, share): (&Effect, &f64)| {
+    let (mut named, mut shares) =
+        searcher.without_spurious_effects(&found.base, best.clone(), &mut found.models);
+    let most = |effect: &Effect| {
         let joints = affected.iter().find(|(kind, _)| *kind == effect.kind).map_or(&[][..], |(_, own)| own);
         let left = joints.iter().map(|j| remaining(found, before, after, *j)).fold(0.0, f64::max);
-        let most = (1.0 - left).min(explained(problem, found, joints) / CERTAIN_EXPLANATION);
-        ProbabilityLimit { share: *share, most }
+        (1.0 - left).min(explained(problem, found, joints) / CERTAIN_EXPLANATION)
     };
-    let limits = named.fit.effects.iter().zip(&shares).map(limit).collect();
-    if named.fit.effects.len() < best.fit.effects.len() {
-        found.support = searcher.support_of_all(&named, &mut found.models);
-        found.best = named;
+    let mut limits: Vec<f64> = named.fit.effects.iter().map(most).collect();
+    found.support = loop {
+        let support = searcher.support_of_all(&named, &mut found.models);
+        let all: Vec<f64> = support.iter().zip(&limits).map(|(own, limit)| own.share().min(*limit)).collect();
+        let Some(k) = least_probable(&all) else { break support };
+        named = searcher.without_effect(&named, k, &mut found.models);
+        limits.remove(k);
+        shares.remove(k);
+    };
+    found.best = named;
+    shares.into_iter().zip(limits).map(|(share, most)| ProbabilityLimit { share, most }).collect()
+}
+
+/// The least probable effect by the largest probabilities, if it is more probably wrong than right and another one is not:
+/// it is then not named.
+fn least_probable(most: &[f64]) -> Option<usize> {
+    let least = (0..most.len()).min_by(|a, b| most[*a].total_cmp(&most[*b]))?;
+    let others_are_named = most.iter().any(|limit| !is_spurious(*limit));
+    (is_spurious(most[least]) && others_are_named).then_some(least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least_probable;
+
+    #[test]
+    fn an_improbable_effect_is_named_only_alone() {
+        assert_eq!(least_probable(&[0.9, 0.2, 0.4]), Some(1));
+        assert_eq!(least_probable(&[0.9, 0.6]), None);
+        assert_eq!(least_probable(&[0.3, 0.2]), None);
+        assert_eq!(least_probable(&[]), None);
     }
-    limits
 }
