@@ -17,7 +17,7 @@ use crate::platt::calibrated;
 use crate::predictions::Predictions;
 use crate::search::{SearchResult, probabilities};
 use crate::series::{self, Series};
-use crate::verdict::{own_effect_probability, right_law_probability};
+use crate::verdict::{NamedModel, own_effect_probability, right_law_probability};
 use crate::warnings::{doubted_laws, harmful_effect, neglected_lack_of_fit, warnings};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Watch, unscored_time};
@@ -160,7 +160,9 @@ impl<'a> Reporter<'a> {
 
     /// Probability that the laws of the best model are the right ones, by its lack of fit.
     fn law_probability(&self) -> f64 {
-        right_law_probability(self.decision.lack, self.engine.observations())
+        let Decision { found, base, lack, .. } = self.decision;
+        let named = NamedModel { gained: found.models[*base].fit.cost - self.best().fit.cost, lack: *lack };
+        right_law_probability(self.engine.observations(), found.before, named)
     }
 
     /// The effects of the best model, those that explain most first.

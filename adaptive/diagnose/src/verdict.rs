@@ -7,10 +7,15 @@ use crate::lack_of_fit::LackOfFit;
 use crate::thresholds::{MAX_MISFIT_PER_SAMPLE_NATS, MAX_RESIDUAL_GAIN_SHARE, NEGLIGIBLE_SHARE};
 use trundle_infer::InferError;
 
-/// Probability that a law with this lack of fit is the right one and not a similar one. It is one half at the
+/// Probability that the named laws are the right ones and not similar ones, by what they leave. It is one half at the
 /// largest lack of fit that is still named.
-pub(crate) fn right_law_probability(lack: Option<LackOfFit>, observations: usize) -> f64 {
-    half_at(MAX_MISFIT_PER_SAMPLE_NATS * observations as f64, lack)
+pub(crate) fn right_law_probability(
+    observations: usize,
+    before: Option<LackOfFit>,
+    named: NamedModel,
+) -> f64 {
+    let most = before.zip(named.lack).map(|(before, _)| named.largest_misfit(before, observations));
+    most.map_or(1.0, |most| half_at(most, named.lack))
 }
 
 /// Probability that an effect with this gain, nats, is more than a part of what the other laws leave. It is one half if
@@ -26,9 +31,18 @@ fn half_at(most: f64, lack: Option<LackOfFit>) -> f64 {
 
 /// A named model: its gain over the nominal model, nats, and its lack of fit.
 #[derive(Clone, Copy)]
-struct NamedModel {
-    gained: f64,
-    lack: Option<LackOfFit>,
+pub(crate) struct NamedModel {
+    pub gained: f64,
+    pub lack: Option<LackOfFit>,
+}
+
+impl NamedModel {
+    /// Largest misfit that the model may leave, nats: a negligible share of what was missing, or some nats per sample.
+    fn largest_misfit(self, before: LackOfFit, observations: usize) -> f64 {
+        let left = self.lack.map_or(0.0, |lack| lack.misfit());
+        let missing = before.misfit().max(self.gained + left);
+        (MAX_MISFIT_PER_SAMPLE_NATS * observations as f64).max(NEGLIGIBLE_SHARE * missing)
+    }
 }
 
 /// The verdict from the lack of fit of the nominal model, the named model, if any, and whether the selected
@@ -44,15 +58,13 @@ fn verdict(
     material: bool,
 ) -> Verdict {
     let is_significant = |r: Option<LackOfFit>| material && r.is_some_and(|r| r.is_significant(observations));
-    let Some(NamedModel { gained, lack }) = named else {
+    let Some(named) = named else {
         return if is_significant(before) { Verdict::Unexplained } else { Verdict::Consistent };
     };
-    let (Some(before), Some(after)) = (before, lack) else { return Verdict::Explained };
-    let missing = before.gain.max(gained + after.gain);
-    let misfit = before.misfit().max(gained + after.misfit());
-    let is_large = is_significant(lack) && after.gain > MAX_RESIDUAL_GAIN_SHARE * missing;
-    let is_other_law = material
-        && after.misfit() > (MAX_MISFIT_PER_SAMPLE_NATS * observations as f64).max(NEGLIGIBLE_SHARE * misfit);
+    let (Some(before), Some(after)) = (before, named.lack) else { return Verdict::Explained };
+    let missing = before.gain.max(named.gained + after.gain);
+    let is_large = is_significant(named.lack) && after.gain > MAX_RESIDUAL_GAIN_SHARE * missing;
+    let is_other_law = material && after.misfit() > named.largest_misfit(before, observations);
     if is_large || is_other_law { Verdict::Unexplained } else { Verdict::Explained }
 }
 
@@ -131,8 +143,12 @@ mod tests {
 
     #[test]
     fn a_larger_lack_of_fit_makes_a_law_less_probable() {
-        assert!(right_law_probability(lack_of(0.0, 100.0), SAMPLES) > 0.99);
-        assert!((right_law_probability(lack_of(4000.0, 0.0), SAMPLES) - 0.5).abs() < 1e-12);
-        assert_eq!(right_law_probability(None, SAMPLES), 1.0);
+        let probability =
+            |gained, lack| right_law_probability(SAMPLES, lack_of(100.0, 100.0), NamedModel { gained, lack });
+        assert!(probability(1e4, lack_of(0.0, 100.0)) > 0.99);
+        assert!((probability(1e4, lack_of(4000.0, 0.0)) - 0.5).abs() < 1e-12);
+        assert_eq!(probability(1e4, None), 1.0);
+        // A thousandth of a large misfit is negligible.
+        assert!(probability(4e6, lack_of(4000.0, 0.0)) > 0.98);
     }
 }
