@@ -14,6 +14,7 @@ mod competing_models;
 mod contact_candidates;
 mod cross_validation;
 mod decision;
+mod definition;
 pub mod design;
 mod discrepancy;
 mod effect_report;

@@ -115,7 +115,7 @@ def _when(answer: JointAnswer, regime: str) -> str:
         at = format_interval(worst["start"], worst["end"])
         times = f"{format_fixed(worst['strength'], 1)} times its RMS"
         found.append(f"It is largest in {worst['episode']} at {at}, joint {worst['joint']} ({times}).")
-    return " ".join(found) or ("It is alike at all speeds, accelerations and times and in both directions.")
+    return " ".join(found) or "Its size hardly depends on speed, acceleration, direction or time."
 
 
 def _size(answer: JointAnswer, main: list[str]) -> str:
