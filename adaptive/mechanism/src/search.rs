@@ -85,12 +85,24 @@ impl<'a> Searcher<'a> {
             // Another effect must not make up for a law that is too simple.
             best = self.refined(best, &mut models)?;
         }
-        best = self.merged(best, &mut models)?;
-        best = self.refined(best, &mut models)?;
-        best = self.reduced(best, &mut models)?;
+        best = self.simplified(best, &mut models)?;
         best = self.with_best_gains(best, &mut models)?;
         let support = self.support_of_all(&best, &mut models);
         Ok(SearchResult { base, best, support, models })
+    }
+
+    /// The selected model without effects that others replace or that do not pass the tests any more.
+    fn simplified(
+        &self,
+        selected: FittedModel,
+        models: &mut Vec<FittedModel>,
+    ) -> Result<FittedModel, MechanismError> {
+        let kinds = selected.kinds();
+        let mut best = self.merged(selected, models)?;
+        best = self.refined(best, models)?;
+        best = self.reduced(best, models)?;
+        // The alternatives to the effects of another set have not been fitted yet.
+        if best.kinds() == kinds { Ok(best) } else { self.exchanged(best, models) }
     }
 
     /// A model with given effects, fitted to its optimum. Values are further starting points.
@@ -290,5 +302,44 @@ impl<'a> Searcher<'a> {
     pub fn all_pass(&self, model: &FittedModel, models: &mut Vec<FittedModel>) -> bool {
         are_defined(self.problem, &model.fit, &self.times(model))
             && self.support_of_all(model, models).iter().all(|support| support.passes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Searcher;
+    use crate::fit::{MAX_STEPS, fit};
+    use crate::laws::JointKind;
+    use crate::model::{Effect, Kind};
+    use crate::rows::{Scope, tests::carriage};
+    use trundle_infer::Quiet;
+
+    #[test]
+    fn alternatives_are_fitted_to_a_set_from_which_an_effect_was_dropped() {
+        // Dry friction, an offset of the effort, and noise.
+        let problem = carriage(
+            "joint",
+            Some(|t| {
+                let v = 0.6 * (3.0 * t).cos() - 0.4 * (8.0 * t).sin();
+                let a = -1.8 * (3.0 * t).sin() - 3.2 * (8.0 * t).cos();
+                2.4 * a + 1.5 * v.signum() + 1.0 + 0.02 * (1e5 * t * t).sin()
+            }),
+        );
+        let searcher = Searcher::new(&problem, &[], &Quiet);
+        let set = |kinds: &[JointKind]| -> Vec<Kind> { kinds.iter().map(|&k| Kind::Joint(k, 0)).collect() };
+        let effects: Vec<Effect> =
+            set(&[JointKind::DryFriction, JointKind::EffortBias, JointKind::ViscousFriction])
+                .into_iter()
+                .map(|kind| Effect { kind, values: vec![0.1; kind.spec().params.len()] })
+                .collect();
+        let selected = searcher.cross_validated(fit(&problem, &effects, None, Scope::Training, MAX_STEPS));
+        let mut models = vec![selected.clone()];
+        let best = searcher.simplified(selected, &mut models).unwrap();
+        assert_eq!(best.kinds().len(), 2);
+        for other in [JointKind::EffortBias, JointKind::DirectionalFriction] {
+            let mut wanted = set(&[JointKind::DryFriction, other]);
+            wanted.sort();
+            assert!(models.iter().any(|fitted| fitted.kinds() == wanted), "{wanted:?}");
+        }
     }
 }
