@@ -24,7 +24,7 @@ def test_an_effect_with_a_low_probability_may_be_missing() -> None:
     assert headline(answer(0.9, 0.4)).startswith("The simulation may miss dry friction at joint joint_0 and")
 
 
-def unexplained(regime: str | None) -> Any:
+def unexplained(regime: str | None, kind: str | None = None) -> Any:
     window = {"episode": "e1", "joint": "elbow", "start": 1.0, "end": 1.5, "strength": 3.2}
     return {
         "recording": "arm",
@@ -38,6 +38,7 @@ def unexplained(regime: str | None) -> Any:
             "effort_rms": {"shoulder": 0.01, "elbow": 0.4},
             "effort_unit": {"shoulder": "N·m", "elbow": "N·m"},
             "regime": regime,
+            "regime_kind": kind,
             "share": 1.0,
         },
         "fit": {"held_out": None},
@@ -45,7 +46,7 @@ def unexplained(regime: str | None) -> Any:
 
 
 def test_an_unexplained_answer_says_where_when_how_large_and_what_next() -> None:
-    rows = dict(symptoms(unexplained("above 0.50 rad/s, joint elbow")))
+    rows = dict(symptoms(unexplained("above 0.50 rad/s, joint elbow", "high_speed")))
     assert list(rows) == ["where", "when", "how large", "tried", "record next"]
     assert "joint elbow (98 % of the misfit)" in rows["where"]
     assert "shoulder" not in rows["where"]
@@ -56,7 +57,7 @@ def test_an_unexplained_answer_says_where_when_how_large_and_what_next() -> None
 
 
 def test_a_residual_that_decays_during_a_recording_may_be_warm_up() -> None:
-    rows = dict(symptoms(unexplained("in the first half of the recording, joint elbow")))
+    rows = dict(symptoms(unexplained("in the first half of the recording, joint elbow", "first_half")))
     assert rows["when"].startswith("It is larger in the first half of the recording")
     assert "recovers in the pause" in rows["record next"]
 

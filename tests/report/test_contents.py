@@ -90,7 +90,7 @@ def test_an_unexplained_page_lists_symptoms_and_the_next_recording(samples: dict
     diagnosis, series = copy.deepcopy(samples["unexplained"])
     regime = "in all motions, as a force constant in the world along 40°"
     diagnosis["mismatch"]["regime"] = regime
-    diagnosis["residual"] = {**LEFT, "share": 1.0, "regime": regime}
+    diagnosis["residual"] = {**LEFT, "share": 1.0, "regime": regime, "regime_kind": "constant_in_world"}
     series["candidates"][0]["reason"] = "the data do not identify a parameter that defines an effect"
     page = render(diagnosis, series)
     known = words(part(page, "symptoms"))

@@ -93,8 +93,8 @@ def test_the_next_recording_follows_the_residual_not_the_refitted_simulation(
     samples: dict[str, Sample],
 ) -> None:
     diagnosis, series = copy.deepcopy(samples["unexplained"])
-    diagnosis["mismatch"]["regime"] = "above 0.25 m/s"
-    diagnosis["residual"] = {"regime": "within 0.2 s of each contact"}
+    diagnosis["mismatch"] |= {"regime": "above 0.25 m/s", "regime_kind": "high_speed"}
+    diagnosis["residual"] = {"regime": "within 0.2 s of each contact", "regime_kind": "after_contact"}
     text = words(render(diagnosis, series))
     assert "It occurs within 0.2 s of each contact." in text
     assert "Repeat a push with a slow first contact and with a fast one." in text
@@ -103,7 +103,8 @@ def test_the_next_recording_follows_the_residual_not_the_refitted_simulation(
 
 def test_on_a_rail_no_turn_of_the_object_is_advised(samples: dict[str, Sample]) -> None:
     diagnosis, series = copy.deepcopy(samples["unexplained"])
-    diagnosis["residual"] = {"regime": "in all motions, as a force constant in the world along 0°"}
+    regime = "in all motions, as a force constant in the world along 0°"
+    diagnosis["residual"] = {"regime": regime, "regime_kind": "constant_in_world"}
     series["dof"] = ["x"]
     text = words(render(diagnosis, series))
     assert "Turn the object" not in text

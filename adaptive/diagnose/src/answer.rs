@@ -56,8 +56,10 @@ pub struct ResidualSummary {
     pub share: Option<f64>,
     /// Intervals in which the residual is significant.
     pub windows: Vec<Window>,
-    /// Regime of motion in which it occurs.
+    /// Regime of motion in which it occurs, in words.
     pub regime: Option<String>,
+    /// The same as a keyword.
+    pub regime_kind: Option<RegimeKind>,
     /// Significant periodicity in position or time.
     pub periods: Vec<Period>,
 }
@@ -181,8 +183,36 @@ pub struct Mismatch {
     pub body_point: Option<[f64; 2]>,
     /// Polygon on the floor, if the mismatch is confined to it, m.
     pub world_region: Option<Vec<[f64; 2]>>,
-    /// Regime of motion in which it occurs.
+    /// Regime of motion in which it occurs, in words.
     pub regime: Option<String>,
+    /// The same as a keyword.
+    pub regime_kind: Option<RegimeKind>,
+}
+
+/// Kind of motion regime in which a wrench is missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RegimeKind {
+    /// On one part of the floor.
+    PartOfFloor,
+    /// From a time on.
+    FromTimeOn,
+    /// A force with a constant direction in the world.
+    ConstantInWorld,
+    /// A wrench that is constant in the sensor's axes.
+    ConstantInSensor,
+    /// When moving along one direction of the world.
+    WorldDirection,
+    /// A drag that moves with the object.
+    DragOnObject,
+    /// Just after each contact.
+    AfterContact,
+    /// At low speed and at reversals.
+    LowSpeed,
+    /// At high speed.
+    HighSpeed,
+    /// At all speeds.
+    AllSpeeds,
 }
 
 /// An interval in which the nominal model disagrees with the recording.

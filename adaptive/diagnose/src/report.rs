@@ -230,7 +230,9 @@ impl<'a> Reporter<'a> {
         let courses = missing.training.clone().unwrap_or_default();
         let is_on_rail = engine.data().dof == [true, false, false];
         let periods = periods::for_answer([&courses, &engine.unsmoothed(self.after())?], is_on_rail);
-        Ok(ResidualSummary { windows, regime, periods, ..summary })
+        let regime_kind = regime.as_ref().map(|r| r.kind);
+        let regime = regime.map(|r| r.description);
+        Ok(ResidualSummary { windows, regime, regime_kind, periods, ..summary })
     }
 
     /// Curves and tables of the report.

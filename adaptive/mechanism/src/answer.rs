@@ -84,8 +84,32 @@ pub struct JointMismatch {
     pub joints: BTreeMap<String, f64>,
     /// The motion during which it occurs, in words.
     pub regime: Option<String>,
+    /// The same as a keyword.
+    pub regime_kind: Option<RegimeKind>,
     /// Intervals of time.
     pub windows: Vec<JointWindow>,
+}
+
+/// Kind of motion during which a joint's residual is larger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RegimeKind {
+    /// In the half of the samples with the higher speed.
+    HighSpeed,
+    /// In the half with the lower speed.
+    LowSpeed,
+    /// In the half with the larger acceleration.
+    LargeAcceleration,
+    /// In the half with the smaller acceleration.
+    SmallAcceleration,
+    /// In positive direction.
+    PositiveDirection,
+    /// In negative direction.
+    NegativeDirection,
+    /// In the first half of the recording.
+    FirstHalf,
+    /// In the second half.
+    SecondHalf,
 }
 
 /// An interval in which a joint's equation is violated most.
@@ -116,6 +140,8 @@ pub struct JointResidual {
     pub explained: BTreeMap<String, f64>,
     /// The motion during which it occurs, in words.
     pub regime: Option<String>,
+    /// The same as a keyword.
+    pub regime_kind: Option<RegimeKind>,
 }
 
 /// An effect that explains the data almost as well.

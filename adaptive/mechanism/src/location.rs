@@ -1,6 +1,6 @@
 //! Where a model's residual is large: joints, times, and kinds of motion.
 
-use crate::answer::JointWindow;
+use crate::answer::{JointWindow, RegimeKind};
 use crate::fitted_model::FittedModel;
 use crate::lack_of_fit::LackOfFit;
 use crate::problem::Problem;
@@ -107,33 +107,48 @@ pub(crate) fn windows(problem: &Problem, model: &FittedModel) -> Vec<JointWindow
     found
 }
 
-/// The motion or half of the recording during which a joint's residual is large, in words; `None` if it depends on
-/// none.
-pub(crate) fn regime(problem: &Problem, model: &FittedModel, joint: usize) -> Option<String> {
+/// The motion or half of the recording during which a joint's residual is large, as a keyword and in words.
+pub(crate) struct Regime {
+    pub kind: RegimeKind,
+    pub description: String,
+}
+
+/// Where a joint's residual is large; `None` if it depends on no motion and no half of the recording.
+pub(crate) fn regime(problem: &Problem, model: &FittedModel, joint: usize) -> Option<Regime> {
     let setup = &problem.joints[joint];
     let speed_unit = if setup.is_hinge { "rad/s" } else { "m/s" };
     let found = largest_contrast(&samples(problem, model, joint), speed_unit)?;
-    Some(format!("{found}, joint {}", setup.name))
+    let description = format!("{}, joint {}", found.description, setup.name);
+    Some(Regime { description, ..found })
 }
 
-/// The half of the samples in which the residual is clearly larger, in words.
-fn largest_contrast(all: &[Sample], speed_unit: &str) -> Option<String> {
+/// The half of the samples in which the residual is clearly larger.
+fn largest_contrast(all: &[Sample], speed_unit: &str) -> Option<Regime> {
+    use RegimeKind::{
+        FirstHalf, HighSpeed, LargeAcceleration, LowSpeed, NegativeDirection, PositiveDirection, SecondHalf,
+        SmallAcceleration,
+    };
+    let regime = |kind, description: String| Regime { kind, description };
     let contrasts = [
         split(all, |s| s.speed).map(|(ratio, at)| {
-            (ratio, format!("above {at:.2} {speed_unit}"), format!("below {at:.2} {speed_unit}"))
+            let named = |word| format!("{word} {at:.2} {speed_unit}");
+            (ratio, regime(HighSpeed, named("above")), regime(LowSpeed, named("below")))
         }),
         split(all, |s| s.acceleration).map(|(ratio, at)| {
+            let named = |word| format!("at accelerations {word} {at:.2} {speed_unit}²");
+            (ratio, regime(LargeAcceleration, named("above")), regime(SmallAcceleration, named("below")))
+        }),
+        split_at(all, |s| s.side, 0.0).map(|ratio| {
+            let named = |word| format!("in {word} direction");
             (
                 ratio,
-                format!("at accelerations above {at:.2} {speed_unit}²"),
-                format!("at accelerations below {at:.2} {speed_unit}²"),
+                regime(PositiveDirection, named("positive")),
+                regime(NegativeDirection, named("negative")),
             )
         }),
-        split_at(all, |s| s.side, 0.0)
-            .map(|ratio| (ratio, "in positive direction".to_owned(), "in negative direction".to_owned())),
         split(all, |s| s.order).map(|(ratio, _)| {
-            let half = |name| format!("in the {name} half of the recording");
-            (ratio, half("second"), half("first"))
+            let named = |word| format!("in the {word} half of the recording");
+            (ratio, regime(SecondHalf, named("second")), regime(FirstHalf, named("first")))
         }),
     ];
     let largest = contrasts.into_iter().flatten().max_by(|a, b| a.0.ln().abs().total_cmp(&b.0.ln().abs()))?;
@@ -184,7 +199,7 @@ mod tests {
                 side: v,
             }
         };
-        largest_contrast(&(0..2000).map(one).collect::<Vec<_>>(), "rad/s")
+        largest_contrast(&(0..2000).map(one).collect::<Vec<_>>(), "rad/s").map(|found| found.description)
     }
 
     #[test]

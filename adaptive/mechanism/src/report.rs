@@ -104,10 +104,11 @@ fn mismatch(
     [before, after]: [&[LackOfFit]; 2],
 ) -> JointMismatch {
     let is_consistent = verdict == Verdict::Consistent;
-    let worst = worst_joint(after);
+    let found_regime = if is_consistent { None } else { regime(problem, &found.base, worst_joint(after)) };
     JointMismatch {
         joints: shares(problem, &found.base, &found.best, before),
-        regime: if is_consistent { None } else { regime(problem, &found.base, worst) },
+        regime_kind: found_regime.as_ref().map(|r| r.kind),
+        regime: found_regime.map(|r| r.description),
         windows: if is_consistent { vec![] } else { windows(problem, &found.base) },
     }
 }
@@ -127,6 +128,10 @@ fn residual(problem: &Problem, found: &SearchResult, verdict: Verdict, after: &[
         gain * square(&found.best, j).sqrt()
     };
     let unit = |is_hinge: bool| Unit::Effort.text(is_hinge, problem.effort_unit);
+    let found_regime = match verdict {
+        Verdict::Consistent => None,
+        _ => regime(problem, &found.best, worst_joint(after)),
+    };
     JointResidual {
         effort_rms: joints.clone().map(|(j, joint)| (joint.name.clone(), effort_rms(j))).collect(),
         effort_unit: joints.clone().map(|(_, joint)| (joint.name.clone(), unit(joint.is_hinge))).collect(),
@@ -134,10 +139,8 @@ fn residual(problem: &Problem, found: &SearchResult, verdict: Verdict, after: &[
             .map(|(j, joint)| (joint.name.clone(), explained(problem, found, &[j])))
             .collect(),
         share: Some(total(&found.best) / total(&found.base).max(f64::MIN_POSITIVE)),
-        regime: match verdict {
-            Verdict::Consistent => None,
-            _ => regime(problem, &found.best, worst_joint(after)),
-        },
+        regime_kind: found_regime.as_ref().map(|r| r.kind),
+        regime: found_regime.map(|r| r.description),
     }
 }
 

@@ -19,31 +19,27 @@ BOTH_DIRECTIONS = (
     "Move {joint} at constant speeds in both directions, and record its effort at rest without a load. "
     "An offset of the effort stays at rest; friction that differs by direction does not."
 )
-NEXT_RECORDINGS = (
-    ("in positive direction", BOTH_DIRECTIONS),
-    ("in negative direction", BOTH_DIRECTIONS),
-    (
-        "half of the recording",
-        "Repeat one motion of {joint} many times without a pause, and again after a pause of ten minutes. "
-        "Friction that changes with temperature recovers in the pause; wear and loose parts do not.",
-    ),
-    (
-        "at accelerations above",
-        "Repeat a motion of {joint} at half and at double the speed, with fast reversals. Errors of inertia "
-        "grow with the square of the speed; delays, compliance and play act at reversals.",
-    ),
-    (
-        "below",
-        "Move {joint} slowly over its whole range in both directions, with stops of one second. Friction, "
-        "play and forces that depend on the position act there.",
-    ),
-    (
-        "above",
-        "Repeat a motion of {joint} at half and at double the speed. Drag and limits of the drive act at "
-        "high speeds.",
-    ),
+PAUSE = (
+    "Repeat one motion of {joint} many times without a pause, and again after a pause of ten minutes. "
+    "Friction that changes with temperature recovers in the pause; wear and loose parts do not."
 )
-"""Substring of the regime in which the residual is large, and the recording that separates its causes."""
+SLOW = (
+    "Move {joint} slowly over its whole range in both directions, with stops of one second. Friction, "
+    "play and forces that depend on the position act there."
+)
+NEXT_RECORDINGS = {
+    "positive_direction": BOTH_DIRECTIONS,
+    "negative_direction": BOTH_DIRECTIONS,
+    "first_half": PAUSE,
+    "second_half": PAUSE,
+    "large_acceleration": "Repeat a motion of {joint} at half and at double the speed, with fast reversals. "
+    "Errors of inertia grow with the square of the speed; delays, compliance and play act at reversals.",
+    "low_speed": SLOW,
+    "small_acceleration": SLOW,
+    "high_speed": "Repeat a motion of {joint} at half and at double the speed. Drag and limits of the drive "
+    "act at high speeds.",
+}
+"""The recording that separates the causes, by the kind of motion during which the residual is large."""
 
 DEFAULT_RECORDING = (
     "Repeat one motion of {joint} at half the speed, at double the speed, and with a known load. The change "
@@ -96,7 +92,7 @@ def symptoms(answer: JointAnswer) -> list[tuple[str, str]]:
         ("when", _when(answer, regime)),
         ("how large", _size(answer, main)),
         ("tried", _tried(answer)),
-        ("record next", _next_recording(regime, main)),
+        ("record next", _next_recording(answer["residual"].get("regime_kind"), main)),
     ]
     return [(name, text) for name, text in rows if text]
 
@@ -132,8 +128,7 @@ def _tried(answer: JointAnswer) -> str:
     return f"{text} Closest: {name_of_effect(closest[0])}." if closest else text
 
 
-def _next_recording(regime: str, main: list[str]) -> str:
+def _next_recording(regime: str | None, main: list[str]) -> str:
     if not main:
         return ""
-    texts = [text for part, text in NEXT_RECORDINGS if part in regime]
-    return (texts or [DEFAULT_RECORDING])[0].format(joint=f"joint {main[0]}")
+    return NEXT_RECORDINGS.get(regime or "", DEFAULT_RECORDING).format(joint=f"joint {main[0]}")

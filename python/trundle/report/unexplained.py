@@ -17,46 +17,27 @@ from trundle.report.series import Series, finite
 
 __all__ = ["predictor_rows", "symptoms"]
 
-_NEXT_IN_PLANE = (
-    (
-        "part of the floor",
-        "Push across that region with two headings. Repeat the same pushes elsewhere. "
-        "An effect of the floor stays in its place; an effect of the object moves with it.",
-    ),
-    (
-        "constant in the world",
-        "Turn the object by 90° and repeat the same pushes. A force of the environment keeps "
-        "its direction; a force of the object or an error of the sensor turns with it.",
-    ),
-    (
-        "sensor's axes",
-        "Hold the object with the gripper turned by 90°. Record a few seconds without "
-        "contact before and after each push. An error of the sensor turns with the gripper.",
-    ),
-    (
-        "along world",
-        "Push along and across that direction at one speed. Repeat with the object turned by 90°.",
-    ),
-    (
-        "moves with the object",
-        "Turn the object by 90° and repeat the same pushes at two speeds. Friction on the object "
-        "turns with it, and dry friction does not grow with the speed.",
-    ),
-)
-"""A substring of the description of a regime in the plane, and the recording that separates its causes."""
+_NEXT_IN_PLANE = {
+    "part_of_floor": "Push across that region with two headings. Repeat the same pushes elsewhere. "
+    "An effect of the floor stays in its place; an effect of the object moves with it.",
+    "constant_in_world": "Turn the object by 90° and repeat the same pushes. A force of the environment "
+    "keeps its direction; a force of the object or an error of the sensor turns with it.",
+    "constant_in_sensor": "Hold the object with the gripper turned by 90°. Record a few seconds without "
+    "contact before and after each push. An error of the sensor turns with the gripper.",
+    "world_direction": "Push along and across that direction at one speed. "
+    "Repeat with the object turned by 90°.",
+    "drag_on_object": "Turn the object by 90° and repeat the same pushes at two speeds. Friction on the "
+    "object turns with it, and dry friction does not grow with the speed.",
+}
+"""The recording that separates the causes, by the kind of regime in the plane."""
 
-_NEXT_IN_TIME = (
-    (
-        "to the end",
-        "Repeat the push of that episode. Inspect the object and its wheels before and after it.",
-    ),
-    ("of each contact", "Repeat a push with a slow first contact and with a fast one."),
-    (
-        "reversals",
-        "Push back and forth slowly, with stops of one second. Friction and backlash act at reversals.",
-    ),
-    ("above", "Repeat a push twice, each time at double the speed."),
-)
+_NEXT_IN_TIME = {
+    "from_time_on": "Repeat the push of that episode. Inspect the object and its wheels before and after it.",
+    "after_contact": "Repeat a push with a slow first contact and with a fast one.",
+    "low_speed": "Push back and forth slowly, with stops of one second. "
+    "Friction and backlash act at reversals.",
+    "high_speed": "Repeat a push twice, each time at double the speed.",
+}
 """The same for regimes that also occur on a rail."""
 
 _NEXT_BY_PREDICTOR = {
@@ -92,7 +73,7 @@ def symptoms(
     if diagnosis.get("verdict") != "unexplained":
         return []
     mismatch, residual = diagnosis.get("mismatch") or {}, diagnosis.get("residual") or {}
-    regime = str(residual.get("regime") or "")
+    regime = residual.get("regime_kind")
     rows = [
         ("where", _where(mismatch)),
         ("when", _when(residual.get("windows") or mismatch.get("windows") or ())),
@@ -203,12 +184,12 @@ def _clause(reason: str) -> str:
     return f"it is {reason}" if is_participle else reason
 
 
-def _next_recording(regime: str, series: Series) -> str:
+def _next_recording(regime: str | None, series: Series) -> str:
     """Return the recording that separates the causes of a regime, or else of the best predictor."""
     on_rail = "theta" not in series.dof
-    for part, text in (() if on_rail else _NEXT_IN_PLANE) + _NEXT_IN_TIME:
-        if part in regime:
-            return text
+    by_regime = _NEXT_IN_TIME if on_rail else _NEXT_IN_PLANE | _NEXT_IN_TIME
+    if regime in by_regime:
+        return by_regime[regime]
     if on_rail:
         return _DEFAULT_ON_RAIL
     ranked = predictors(series)

@@ -23,6 +23,7 @@ mod tests;
 use crate::answer::{Channels as Shares, Mismatch, Window};
 use crate::lack_of_fit::LackOfFit;
 use places::{RankedPlace, Region};
+use regime::Regime;
 use scan_data::ScanData;
 use trundle_infer::{Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Quiet, Residual};
 use trundle_model::{Body, Model};
@@ -55,8 +56,8 @@ pub(crate) struct Located {
     /// Times from which the damping or the mass differs.
     #[cfg_attr(not(test), expect(dead_code, reason = "an intermediate result that tests check"))]
     pub change_points: Vec<ChangePoint>,
-    /// Motion regime of the misfit, in words.
-    pub regime: Option<String>,
+    /// Motion regime of the misfit.
+    pub regime: Option<Regime>,
     /// χ² that any missing wrench explains.
     pub total: f64,
     /// Strength of the strongest window, reported or not.
@@ -193,7 +194,8 @@ impl Located {
             body_point: self.reported_point(),
             world_region: self.reported_region(),
             windows: self.windows.clone(),
-            regime: self.regime.clone(),
+            regime: self.regime.as_ref().map(|r| r.description.clone()),
+            regime_kind: self.regime.as_ref().map(|r| r.kind),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Motion regime of the misfit, in words.
+//! Motion regime of the misfit.
 //!
 //! First, families of missing wrenches with a simple description are tested: different damping from a time on,
 //! drag on one part of the floor, in one direction or on the object, and a force constant in the world or in the
@@ -10,6 +10,7 @@ use super::change_points::ChangePoint;
 use super::places::Region;
 use super::scan_data::ScanData;
 use super::score_test::ScoreTest;
+use crate::answer::RegimeKind;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 use trundle_infer::Residual;
@@ -26,21 +27,34 @@ const MIN_SAMPLES: usize = 30;
 /// Maximum share of the visited floor that a reported region covers.
 const MAX_REGION_SHARE: f64 = 0.6;
 
+/// Motion regime of a misfit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Regime {
+    pub kind: RegimeKind,
+    pub description: String,
+}
+
+impl Regime {
+    fn new(kind: RegimeKind, description: impl Into<String>) -> Self {
+        Self { kind, description: description.into() }
+    }
+}
+
 /// A family of missing wrenches.
 struct WrenchFamily {
     chi_square: f64,
     dof: usize,
-    description: String,
+    regime: Regime,
 }
 
-/// The regime in words, if one stands out.
+/// The regime, if one stands out.
 pub(crate) fn regime(
     data: &ScanData,
     changes: &[ChangePoint],
     regions: &[Region],
     names: &[String],
     contacts: &[f64],
-) -> Option<String> {
+) -> Option<Regime> {
     let mut families: Vec<WrenchFamily> =
         [constant_in_world, constant_in_sensor, direction_dependent_drag, drag_on_object]
             .into_iter()
@@ -50,13 +64,13 @@ pub(crate) fn regime(
     families.extend(regions.first().filter(|r| r.share < MAX_REGION_SHARE).map(|region| WrenchFamily {
         chi_square: region.chi_square,
         dof: 4,
-        description: "only on one part of the floor".to_owned(),
+        regime: Regime::new(RegimeKind::PartOfFloor, "only on one part of the floor"),
     }));
     let best = families
         .into_iter()
         .filter(|f| f.chi_square > MIN_EXPLAINED_SHARE * data.total)
         .max_by(|a, b| (a.chi_square - penalty(a.dof)).total_cmp(&(b.chi_square - penalty(b.dof))));
-    best.map(|f| f.description).or_else(|| by_motion(data, contacts))
+    best.map(|f| f.regime).or_else(|| by_motion(data, contacts))
 }
 
 /// Penalty for the parameters of a family in χ² (Schwarz 1978), for some thousand samples.
@@ -67,7 +81,8 @@ fn penalty(dof: usize) -> f64 {
 fn after_change(change: &ChangePoint, total: f64, names: &[String]) -> WrenchFamily {
     let name = names.get(change.episode).map_or("", String::as_str);
     let description = format!("from {:.2} s of {name} to the end of the recording", change.time);
-    WrenchFamily { chi_square: change.share * total, dof: 7, description }
+    let regime = Regime::new(RegimeKind::FromTimeOn, description);
+    WrenchFamily { chi_square: change.share * total, dof: 7, regime }
 }
 
 /// A force with a constant direction in the world.
@@ -80,7 +95,8 @@ fn constant_in_world(score_test: &ScoreTest) -> Option<WrenchFamily> {
     let [x, y] = [test.coefficients[0], test.coefficients[1]];
     let degrees = y.atan2(x).to_degrees();
     let description = format!("in all motions, as a force constant in the world along {degrees:.0}°");
-    Some(WrenchFamily { chi_square: test.chi_square, dof: test.dof, description })
+    let regime = Regime::new(RegimeKind::ConstantInWorld, description);
+    Some(WrenchFamily { chi_square: test.chi_square, dof: test.dof, regime })
 }
 
 /// A wrench that is constant in the axes of the sensor.
@@ -94,8 +110,9 @@ fn constant_in_sensor(score_test: &ScoreTest) -> Option<WrenchFamily> {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let columns: Vec<_> = (0..3).filter(|&k| score_test.dof[k]).map(|k| column(axes[k])).collect();
     let test = score_test.test(&columns.iter().collect::<Vec<_>>());
-    let description = "in all motions, as a wrench constant in the sensor's axes".to_owned();
-    Some(WrenchFamily { chi_square: test.chi_square, dof: test.dof, description })
+    let description = "in all motions, as a wrench constant in the sensor's axes";
+    let regime = Regime::new(RegimeKind::ConstantInSensor, description);
+    Some(WrenchFamily { chi_square: test.chi_square, dof: test.dof, regime })
 }
 
 /// A drag at the origin that depends on the direction of motion in the world.
@@ -116,7 +133,8 @@ fn direction_dependent_drag(score_test: &ScoreTest) -> Option<WrenchFamily> {
     let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
     let degrees = angle.rem_euclid(PI).to_degrees();
     let description = format!("when moving along world direction {degrees:.0}°");
-    Some(WrenchFamily { chi_square: test.chi_square, dof: test.dof + 1, description })
+    let regime = Regime::new(RegimeKind::WorldDirection, description);
+    Some(WrenchFamily { chi_square: test.chi_square, dof: test.dof + 1, regime })
 }
 
 /// A drag at one or several points of the object: one symmetric matrix in object axes. It also explains part of a
@@ -137,12 +155,13 @@ fn drag_on_object(score_test: &ScoreTest) -> Option<WrenchFamily> {
     let pairs = moving.iter().flat_map(|&i| moving.iter().filter(move |&&j| j >= i).map(move |&j| (i, j)));
     let columns: Vec<_> = pairs.map(|(i, j)| drag(i, j)).collect();
     let test = score_test.test(&columns.iter().collect::<Vec<_>>());
-    let description = "in all motions, as a drag that moves with the object".to_owned();
-    Some(WrenchFamily { chi_square: test.chi_square, dof: test.dof, description })
+    let regime =
+        Regime::new(RegimeKind::DragOnObject, "in all motions, as a drag that moves with the object");
+    Some(WrenchFamily { chi_square: test.chi_square, dof: test.dof, regime })
 }
 
 /// The part of the motion in which the missing wrench is large.
-fn by_motion(data: &ScanData, contacts: &[f64]) -> Option<String> {
+fn by_motion(data: &ScanData, contacts: &[f64]) -> Option<Regime> {
     let score_test = &data.score_test;
     let all = || {
         score_test
@@ -162,7 +181,8 @@ fn by_motion(data: &ScanData, contacts: &[f64]) -> Option<String> {
     let share = all().filter(early).map(|(_, r)| misfit(r)).sum::<f64>() / total.max(f64::MIN_POSITIVE);
     let time = all().filter(early).count() as f64 / all().count() as f64;
     if share > 0.7 && time < 0.2 {
-        return Some(format!("within {CONTACT_PHASE_S:.1} s of each contact"));
+        let description = format!("within {CONTACT_PHASE_S:.1} s of each contact");
+        return Some(Regime::new(RegimeKind::AfterContact, description));
     }
     let mut samples: Vec<(f64, f64)> = all().map(|(_, r)| (speed(r), misfit(r))).collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -170,7 +190,7 @@ fn by_motion(data: &ScanData, contacts: &[f64]) -> Option<String> {
 }
 
 /// Compares the slow and the fast third of samples of speed and misfit.
-fn by_speed(samples: &[(f64, f64)], free_directions: usize) -> Option<String> {
+fn by_speed(samples: &[(f64, f64)], free_directions: usize) -> Option<Regime> {
     let third = samples.len() / 3;
     let mean = |part: &[(f64, f64)]| part.iter().map(|s| s.1).sum::<f64>() / part.len() as f64;
     let (slow, fast) = (mean(&samples[..third]), mean(&samples[2 * third..]));
@@ -178,11 +198,11 @@ fn by_speed(samples: &[(f64, f64)], free_directions: usize) -> Option<String> {
         return None;
     }
     Some(if slow > MIN_MISFIT_RATIO * fast {
-        format!("below {:.2} m/s and at reversals", samples[third].0)
+        Regime::new(RegimeKind::LowSpeed, format!("below {:.2} m/s and at reversals", samples[third].0))
     } else if fast > MIN_MISFIT_RATIO * slow {
-        format!("above {:.2} m/s", samples[2 * third].0)
+        Regime::new(RegimeKind::HighSpeed, format!("above {:.2} m/s", samples[2 * third].0))
     } else {
-        "at all speeds".to_owned()
+        Regime::new(RegimeKind::AllSpeeds, "at all speeds")
     })
 }
 

@@ -162,7 +162,7 @@ fn the_time_of_a_wheel_that_unlocks_is_found() {
     let first = &found.change_points[0];
     assert!(first.kind == ChangeKind::Damping && first.episode == 2, "{first:?}");
     assert!((first.time - 2.31).abs() < 0.1, "{first:?}");
-    let regime = found.regime.unwrap();
+    let regime = found.regime.unwrap().description;
     assert!(
         regime.starts_with("from 2.") && regime.ends_with("of episode_02 to the end of the recording"),
         "{regime}"
@@ -226,7 +226,10 @@ fn a_region_of_the_floor_is_found() {
     });
     let off = [low[0] - 0.2, low[1] + 0.6, high[0] - 1.2, high[1] - 0.8];
     assert!(off.iter().all(|d: &f64| d.abs() < 0.3), "{polygon:?}");
-    assert_eq!(found.regime.as_deref(), Some("only on one part of the floor"));
+    assert_eq!(
+        found.regime.as_ref().map(|r| r.description.clone()).as_deref(),
+        Some("only on one part of the floor")
+    );
     assert!(found.reported_point().is_none());
 }
 
@@ -251,14 +254,20 @@ fn a_foot_with_dry_friction_is_found() {
     let [x, y] = found.reported_point().unwrap();
     assert!((x - 0.45).hypot(y - 0.31) < 0.06);
     assert!(found.reported_region().is_none());
-    assert_eq!(found.regime.as_deref(), Some("in all motions, as a drag that moves with the object"));
+    assert_eq!(
+        found.regime.as_ref().map(|r| r.description.clone()).as_deref(),
+        Some("in all motions, as a drag that moves with the object")
+    );
 }
 
 #[test]
 fn a_slope_is_constant_in_the_world_and_acts_at_the_mass_centre() {
     let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
     let found = located(&World::of(locked().with(slope)).recording(4));
-    assert_eq!(found.regime.as_deref(), Some("in all motions, as a force constant in the world along -22°"));
+    assert_eq!(
+        found.regime.as_ref().map(|r| r.description.clone()).as_deref(),
+        Some("in all motions, as a force constant in the world along -22°")
+    );
     assert!(near(&found.body_points[0], 0.0, 0.0, 0.1), "{:?}", found.body_points);
 }
 
@@ -266,7 +275,7 @@ fn a_slope_is_constant_in_the_world_and_acts_at_the_mass_centre() {
 fn an_offset_is_constant_in_the_sensor_and_has_no_point() {
     let found = located(&World { bias: [0.5, -0.3, 0.1], ..World::of(locked()) }.recording(3));
     let words = "in all motions, as a wrench constant in the sensor's axes";
-    assert_eq!(found.regime.as_deref(), Some(words));
+    assert_eq!(found.regime.as_ref().map(|r| r.description.clone()).as_deref(), Some(words));
     assert!(found.reported_point().is_none(), "{:?}", found.body_point);
 }
 
@@ -277,7 +286,7 @@ fn the_direction_of_an_anisotropic_floor_is_found() {
         let f = -30.0 * (cos * s.twist[0] + sin * s.twist[1]);
         trundle_model::to_body([f * cos, f * sin, 0.0], s.pose[2])
     }));
-    let regime = found.regime.unwrap();
+    let regime = found.regime.unwrap().description;
     let degrees: f64 = regime
         .trim_start_matches("when moving along world direction ")
         .trim_end_matches('°')
