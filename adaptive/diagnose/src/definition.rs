@@ -8,7 +8,8 @@ use trundle_model::Param;
 /// Whether the data identify the parameters that define an effect: every essential parameter except for
 /// places and directions, and at least one of the alternatives of which any defines it, or a combination of these. For
 /// example, a swinging load with an unknown frequency is equivalent to an offset mass. The offsets of a tracked frame
-/// may each be uncertain only because the place of the wheel is.
+/// may each be uncertain only because the place of the wheel is. A refinement that the data pull beyond its prior makes
+/// another law of it: dry friction that creeps faster than the motion is viscous.
 pub(crate) fn is_defined(candidate: &FittedModel, k: usize) -> bool {
     let names = candidate.fit.model.effect_names();
     let name = &names[names.len() - candidate.added.len() + k];
@@ -19,6 +20,12 @@ pub(crate) fn is_defined(candidate: &FittedModel, k: usize) -> bool {
         p.refinement.is_none() && !p.role.is_choice() && !p.scales_face_pressure && !p.role.is_place()
     };
     let of = |any: bool| spec.params.iter().filter(essential).filter(move |p| p.is_alternative == any);
+    let is_another_law = |p: &Param| {
+        p.refinement.is_some() && candidate.fit.prior_conflicts.iter().any(|c| c.name == full_name(p))
+    };
+    if spec.params.iter().any(is_another_law) {
+        return false;
+    }
     let any: Vec<bool> = of(true).filter_map(identified).collect();
     let alternatives: Vec<String> = of(true).map(full_name).collect();
     of(false).filter_map(identified).all(|known| known)
@@ -44,7 +51,7 @@ mod tests {
     use crate::engine::plant_engine::PlantEngine;
     use crate::fitted_model::FittedModel;
     use trundle_fixtures::{World, effect, locked};
-    use trundle_infer::{Comparison, FitOptions, Quiet, fit};
+    use trundle_infer::{Comparison, FitOptions, PriorConflict, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
 
     /// A fit with one effect, of whose parameters only `known` are identified.
@@ -101,6 +108,24 @@ mod tests {
         let fitted = FittedModel::new(added, fitted, None);
         let mass = fitted.fit.estimate("mass_change.mass").unwrap();
         assert!(mass.mean > 22.0 && is_defined(&fitted, 0), "{mass:?}");
+    }
+
+    #[test]
+    fn dry_friction_that_creeps_faster_than_its_prior_allows_is_not_defined() {
+        let conflict = |name: &str| PriorConflict {
+            name: format!("coulomb_friction.{name}"),
+            unit: "m/s",
+            value: 0.9,
+            z: 4.5,
+            range: [2.5e-6, 0.4],
+        };
+        let mut fitted = fit_with_identified(Kind::CoulombFriction, &["force", "creep"]);
+        assert!(is_defined(&fitted, 0));
+        // A place beyond the outline is no other law.
+        fitted.fit.prior_conflicts = vec![conflict("x")];
+        assert!(is_defined(&fitted, 0));
+        fitted.fit.prior_conflicts = vec![conflict("creep")];
+        assert!(!is_defined(&fitted, 0));
     }
 
     #[test]

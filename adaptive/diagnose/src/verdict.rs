@@ -50,7 +50,8 @@ impl NamedModel {
 ///
 /// What was missing is the named model's gain plus the gain of a random-walk wrench in addition to it. If the
 /// recording does not state the noise, the fitted noise of the nominal model absorbs unmodelled effects, and
-/// its own lack of fit is too small.
+/// its own lack of fit is too small. If more remains than a named model may leave, the law is more probably another one
+/// ([`right_law_probability`]), even if it predicts well.
 fn verdict(
     observations: usize,
     before: Option<LackOfFit>,
@@ -64,7 +65,7 @@ fn verdict(
     let (Some(before), Some(after)) = (before, named.lack) else { return Verdict::Explained };
     let missing = before.gain.max(named.gained + after.gain);
     let is_large = is_significant(named.lack) && after.gain > MAX_RESIDUAL_GAIN_SHARE * missing;
-    let is_other_law = material && after.misfit() > named.largest_misfit(before, observations);
+    let is_other_law = after.misfit() > named.largest_misfit(before, observations);
     if is_large || is_other_law { Verdict::Unexplained } else { Verdict::Explained }
 }
 
@@ -119,6 +120,8 @@ mod tests {
         assert_eq!(judged(lack_of(200.0, 400.0)), Verdict::Explained);
         assert_eq!(judged(lack_of(3e4, 3e4)), Verdict::Unexplained, "a law like the missing one");
         assert_eq!(judged(lack_of(0.0, 1.5e5)), Verdict::Unexplained, "impacts, for which no walk helps");
+        let predicts_well = verdict(SAMPLES, lack_of(5e5, 5e5), named(4e5, lack_of(200.0, 3e4)), false);
+        assert_eq!(predicts_well, Verdict::Unexplained, "a law that is more probably wrong");
         // If much was missing, a hundredth of it may remain.
         let of_large_misfit = verdict(SAMPLES, lack_of(4e6, 4e6), named(3e6, lack_of(2e4, 2e4)), true);
         assert_eq!(of_large_misfit, Verdict::Explained);

@@ -33,7 +33,8 @@ pub(crate) struct ProbabilityLimit {
 }
 
 /// Limits of each effect that is named. Names that explain a negligible share, that leave more than they explain, or whose
-/// absence raises the errors by little, are dropped; the others are judged with them, as is the verdict.
+/// absence raises the errors by little, are dropped; the others are judged with them, as is the verdict. Of several names of
+/// the last kind, those are dropped that together raise the errors by little.
 pub(crate) fn probability_limits(
     problem: &Problem,
     searcher: &Searcher<'_>,
@@ -54,24 +55,48 @@ pub(crate) fn probability_limits(
         };
     let affected: Vec<(Kind, Vec<usize>)> =
         (0..best.fit.effects.len()).map(|k| (best.fit.effects[k].kind, own(k, &mut found.models))).collect();
-    let (mut named, mut shares) =
-        searcher.without_spurious_effects(&found.base, best.clone(), &mut found.models);
+    let (mut named, shares) = searcher.without_spurious_effects(&found.base, best.clone(), &mut found.models);
     let most = |effect: &Effect| {
         let joints = affected.iter().find(|(kind, _)| *kind == effect.kind).map_or(&[][..], |(_, own)| own);
         let left = joints.iter().map(|j| remaining(found, before, after, *j)).fold(0.0, f64::max);
         (1.0 - left).min(explained(problem, found, joints) / CERTAIN_EXPLANATION)
     };
-    let mut limits: Vec<f64> = named.fit.effects.iter().map(most).collect();
-    found.support = loop {
-        let support = searcher.support_of_all(&named, &mut found.models);
-        let all: Vec<f64> = support.iter().zip(&limits).map(|(own, limit)| own.share().min(*limit)).collect();
-        let Some(k) = least_probable(&all) else { break support };
-        named = searcher.without_effect(&named, k, &mut found.models);
-        limits.remove(k);
-        shares.remove(k);
+    let limits: Vec<f64> = named.fit.effects.iter().map(most).collect();
+    let mut rise = |dropped: &[usize]| {
+        searcher.support(&without_effects(searcher, &named, dropped, &mut found.models), &named).share()
     };
+    let dropped = improbable(&limits, &mut rise);
+    named = without_effects(searcher, &named, &dropped, &mut found.models);
+    let is_kept = |k: usize| !dropped.contains(&k);
+    found.support = searcher.support_of_all(&named, &mut found.models);
     found.best = named;
-    shares.into_iter().zip(limits).map(|(share, most)| ProbabilityLimit { share, most }).collect()
+    let all = shares.into_iter().zip(limits).enumerate().filter(|(k, _)| is_kept(*k));
+    all.map(|(_, (share, most))| ProbabilityLimit { share, most }).collect()
+}
+
+/// A model without some of its effects.
+fn without_effects(
+    searcher: &Searcher<'_>,
+    model: &FittedModel,
+    effects: &[usize],
+    models: &mut Vec<FittedModel>,
+) -> FittedModel {
+    let mut all = effects.to_vec();
+    all.sort_unstable_by(|a, b| b.cmp(a));
+    all.iter().fold(model.clone(), |model, k| searcher.without_effect(&model, *k, models))
+}
+
+/// The effects that are not named, by the largest probability of each by what remains, and by the rise of the errors, as a
+/// share of a certain one, without several effects. Effects that each raise the errors by little may raise them by much together.
+fn improbable(limits: &[f64], rise: &mut dyn FnMut(&[usize]) -> f64) -> Vec<usize> {
+    let mut dropped: Vec<usize> = vec![];
+    loop {
+        let kept: Vec<usize> = (0..limits.len()).filter(|k| !dropped.contains(k)).collect();
+        let without = |k: usize| [&dropped[..], &[k]].concat();
+        let all: Vec<f64> = kept.iter().map(|k| rise(&without(*k)).min(limits[*k])).collect();
+        let Some(least) = least_probable(&all) else { return dropped };
+        dropped.push(kept[least]);
+    }
 }
 
 /// The least probable effect by the largest probabilities, if it is more probably wrong than right and another one is not:
@@ -84,7 +109,21 @@ fn least_probable(most: &[f64]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::least_probable;
+    use super::{improbable, least_probable};
+
+    #[test]
+    fn effects_that_only_together_matter_are_not_all_dropped() {
+        let limits = [1.0, 0.9, 0.9];
+        // Without one of two effects the errors rise by little, and without both by much.
+        let mut rise = |dropped: &[usize]| match dropped {
+            [0] => 1.0,
+            [_] => 0.3,
+            _ => 0.8,
+        };
+        assert_eq!(improbable(&limits, &mut rise), [1]);
+        let mut independent = |dropped: &[usize]| if dropped.contains(&0) { 1.0 } else { 0.3 };
+        assert_eq!(improbable(&limits, &mut independent), [1, 2]);
+    }
 
     #[test]
     fn an_improbable_effect_is_named_only_alone() {
