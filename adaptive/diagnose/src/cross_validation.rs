@@ -99,7 +99,7 @@ fn in_order<T>(folds: Vec<Vec<Vec<T>>>, count: usize) -> Vec<Vec<T>> {
 }
 
 /// A model refitted to some episodes. Parameters of effects that these episodes do not identify keep their
-/// values from the fit to all episodes. For example, other episodes cannot predict the time of an event.
+/// values from the fit to all episodes, as do all parameters where the refit cannot start. For example, other episodes cannot predict the time of an event.
 fn refitted(
     engine: &dyn Engine,
     fitted: &FittedModel,
@@ -108,12 +108,17 @@ fn refitted(
 ) -> Result<FittedModel, InferError> {
     let mut model = engine.nominal().clone();
     model.effects.extend(fitted.added.iter().cloned());
-    let found = engine.refitted(fitted, &model, keep, watch)?;
+    // The density may not be finite without the left-out episodes, as at friction that hardly creeps.
+    let refit = |model: &Model| match engine.refitted(fitted, model, keep, watch) {
+        Err(InferError::NoStart { .. }) => Ok(fitted.clone()),
+        found => found,
+    };
+    let found = refit(&model)?;
     let is_lost = |name: &str| {
         fitted.fit.estimate(name).is_some_and(|all| all.identified) && !is_identified(&found, name)
     };
     let Some(model) = with_fixed(model, &fitted.fit.model, is_lost) else { return Ok(found) };
-    engine.refitted(fitted, &model, keep, watch)
+    refit(&model)
 }
 
 fn is_identified(fitted: &FittedModel, name: &str) -> bool {
@@ -208,6 +213,16 @@ mod tests {
         let load = effect(Kind::MassChange, &[("episode", 3.0), ("time", 2.0), ("mass", 8.0)]);
         let effect_free = Effect::free(Kind::MassChange).with("episode", Some(3.0));
         assert!(error_ratio_without(locked().with(load), effect_free) > 8.0);
+    }
+
+    #[test]
+    fn a_refit_that_cannot_start_keeps_the_values() {
+        let data = World::of(locked()).recording(4);
+        let engine = PlantEngine::new(&data, None).unwrap();
+        let mut fitted = engine.base(0, &Quiet).unwrap();
+        fitted.fit.values[0] = f64::NAN;
+        let found = refitted(&engine, &fitted, &|episode| episode != 0, &Quiet).unwrap();
+        assert_eq!((found.fit.cost, &found.fit.point), (fitted.fit.cost, &fitted.fit.point));
     }
 
     #[test]
