@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -220,7 +221,7 @@ def fit(recording: trundle.JointRecording, text: str) -> Fitted:
         fitted.to_xml(),
         dict(zip(names, found.as_vector().tolist(), strict=True)),
         dict(zip(names, np.asarray(intervals).ravel().tolist(), strict=True)),
-        [f"{one['title']}: {one['message']}" for one in insights],
+        [re.sub(r"<[^>]+>", "", f"{one['title']}: {one['message']}") for one in insights],
         perf_counter() - begin,
     )
 
