@@ -99,7 +99,8 @@ fn in_order<T>(folds: Vec<Vec<Vec<T>>>, count: usize) -> Vec<Vec<T>> {
 }
 
 /// A model refitted to some episodes. Parameters of effects that these episodes do not identify keep their
-/// values from the fit to all episodes, as do all parameters where the refit cannot start. For example, other episodes cannot predict the time of an event.
+/// values from the fit to all episodes. For example, other episodes cannot predict the time of an event. Where the
+/// refit cannot start, all parameters keep their values.
 fn refitted(
     engine: &dyn Engine,
     fitted: &FittedModel,

@@ -3,13 +3,13 @@
 use crate::fitted_model::FittedModel;
 use nalgebra::DMatrix;
 use trundle_infer::{Fit, IDENTIFIED_SD};
-use trundle_model::Param;
+use trundle_model::{Param, Role};
 
 /// Whether the data identify the parameters that define an effect: every essential parameter except for
 /// places and directions, and at least one of the alternatives of which any defines it, or a combination of these. For
 /// example, a swinging load with an unknown frequency is equivalent to an offset mass. The offsets of a tracked frame
-/// may each be uncertain only because the place of the wheel is. A refinement that the data pull beyond its prior makes
-/// another law of it: dry friction that creeps faster than the motion is viscous.
+/// may each be uncertain only because the place of the wheel is. A refinement of its shape that the data pull above
+/// its prior makes another law of it: dry friction with a very large creep speed is viscous.
 pub(crate) fn is_defined(candidate: &FittedModel, k: usize) -> bool {
     let names = candidate.fit.model.effect_names();
     let name = &names[names.len() - candidate.added.len() + k];
@@ -20,9 +20,9 @@ pub(crate) fn is_defined(candidate: &FittedModel, k: usize) -> bool {
         p.refinement.is_none() && !p.role.is_choice() && !p.scales_face_pressure && !p.role.is_place()
     };
     let of = |any: bool| spec.params.iter().filter(essential).filter(move |p| p.is_alternative == any);
-    let is_another_law = |p: &Param| {
-        p.refinement.is_some() && candidate.fit.prior_conflicts.iter().any(|c| c.name == full_name(p))
-    };
+    let is_above_prior =
+        |p: &Param| candidate.fit.prior_conflicts.iter().any(|c| c.name == full_name(p) && c.z > 0.0);
+    let is_another_law = |p: &Param| p.role == Role::Shape && p.refinement.is_some() && is_above_prior(p);
     if spec.params.iter().any(is_another_law) {
         return false;
     }
@@ -112,20 +112,27 @@ mod tests {
 
     #[test]
     fn dry_friction_that_creeps_faster_than_its_prior_allows_is_not_defined() {
-        let conflict = |name: &str| PriorConflict {
-            name: format!("coulomb_friction.{name}"),
+        let conflict = |name: &str, value: f64, z: f64| PriorConflict {
+            name: name.to_owned(),
             unit: "m/s",
-            value: 0.9,
-            z: 4.5,
+            value,
+            z,
             range: [2.5e-6, 0.4],
         };
         let mut fitted = fit_with_identified(Kind::CoulombFriction, &["force", "creep"]);
         assert!(is_defined(&fitted, 0));
         // A place beyond the outline is no other law.
-        fitted.fit.prior_conflicts = vec![conflict("x")];
+        fitted.fit.prior_conflicts = vec![conflict("coulomb_friction.x", 0.9, 4.5)];
         assert!(is_defined(&fitted, 0));
-        fitted.fit.prior_conflicts = vec![conflict("creep")];
+        fitted.fit.prior_conflicts = vec![conflict("coulomb_friction.creep", 0.9, 4.5)];
         assert!(!is_defined(&fitted, 0));
+        // Friction that does not creep is ideal dry friction.
+        fitted.fit.prior_conflicts = vec![conflict("coulomb_friction.creep", 1e-6, -4.5)];
+        assert!(is_defined(&fitted, 0));
+        // A large drift is a drift.
+        let mut fitted = fit_with_identified(Kind::ForceBias, &["force_x", "force_y", "torque_z", "drift_x"]);
+        fitted.fit.prior_conflicts = vec![conflict("force_bias.drift_x", 3.0, 10.0)];
+        assert!(is_defined(&fitted, 0));
     }
 
     #[test]
